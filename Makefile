@@ -16,7 +16,7 @@ HAS_WHEEL := -c 'import platform, sys; sys.exit( \
 HAS_HEADERS := -c 'import os, sysconfig; \
 	os.stat(os.path.join(sysconfig.get_path("include"), "Python.h"))'
 
-.PHONY: run test check wheel-test bench figures figures-timing figures-driving clean help
+.PHONY: run test check wheel-test bench figures figures-timing figures-driving clean help pictures
 
 help:
 	@echo "make run              install into .venv and run missions/02_office_patrol.yaml"
@@ -26,6 +26,7 @@ help:
 	@echo "make bench            a short run of every benchmark (also written to bench/*.json)"
 	@echo "make figures-timing   measure the times in docs/benchmarks.md again (needs a quiet machine)"
 	@echo "make figures-driving  measure the driving in docs/benchmarks.md again (BARN=FOLDER: BARN too)"
+	@echo "make pictures         draw the pictures of README and docs again (needs Chromium)"
 	@echo "make figures          write the tables of docs and README from docs/figures"
 
 $(VENV)/bin/python:
@@ -72,6 +73,9 @@ bench: $(VENV)/.installed-test
 
 figures: $(VENV)/.installed-test
 	$(VENV)/bin/python -m tests.benchmarks.figures
+
+pictures: $(VENV)/.installed-test
+	$(VENV)/bin/python -m tests.pictures
 
 figures-timing: $(VENV)/.installed-test
 	$(VENV)/bin/python -m tests.benchmarks timing --docs

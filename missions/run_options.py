@@ -19,6 +19,7 @@ class RunOptions:
         serve: let dashboards attach.
         mavlink: address of a MAVLink ground station, or None.
         mavlink_key: file with the key of a signed MAVLink link.
+        mavlink_home: `auto`, `always` or `never`: whether the first item of a plan is home.
         origin: latitude and longitude of the map's origin, degrees: `48.1374,11.5755`; None: that
             of the world file.
         foxglove: port on the loopback device on which Foxglove can watch, or None.
@@ -47,6 +48,7 @@ class RunOptions:
     serve: bool = True
     mavlink: str | None = None
     mavlink_key: Path | None = None
+    mavlink_home: str = "auto"
     origin: str | None = None
     foxglove: int | None = None
     camera: str = "asked"

@@ -62,6 +62,11 @@ from stack.sim.worlds.world_file import named_file
 from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
+ACTUAL = Declaration(
+    "actual", str,
+    "robot file of the robot that is simulated, with its real wheels and mounts; default: this one",
+    default="",
+)  # fmt: skip
 KEYS = ("robot", "footprint", "wheels", "urdf", "height", "limits", "lidar", "odometry")
 """Of a robot file; a file without any is of another kind."""
 
@@ -107,6 +112,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     top.value(Declaration("format", int, "file format", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "description", default=""))
     body, body_parameters = _body(top)
+    actual_name = top.value(ACTUAL)
     footprint = _footprint(top)
     height = top.value(length("height", "height of the whole robot"))
     wheels = read_wheels(top)
@@ -142,7 +148,30 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
         body_parameters=body_parameters, wheel_control=gains,
     )  # fmt: skip
     compare_body(top, model, placement.base, robot)
-    return replace(robot, warnings=tuple(findings.items))
+    actual = _actual(top, robot, path, actual_name) if actual_name else None
+    findings.raise_errors()
+    return replace(robot, warnings=tuple(findings.items), actual=actual)
+
+
+def _actual(
+    top: Section, robot: RobotDescription, path: Path, name: str
+) -> RobotDescription | None:
+    """Read the robot that is simulated in place of a described one."""
+    actual, sentence = None, ""
+    try:
+        actual = read_robot(find_robot(name, path.parent))
+    except InputError as error:
+        sentence = f"actual: {error}"
+    if actual is not None:
+        if actual.actual is not None:
+            sentence = f"actual: {name} names another robot itself"
+        elif actual.drivetrain.driven_joints != robot.drivetrain.driven_joints:
+            sentence = f"actual: {name} has other driven wheels"
+        elif set(actual.real_lidars) != set(robot.real_lidars):
+            sentence = f"actual: {name} has other lidars"
+    if sentence:
+        top.findings.add(SHAPE, top.mark_of(ACTUAL.name), sentence)
+    return actual
 
 
 def _footprint(top: Section) -> Footprint | None:

@@ -55,12 +55,38 @@ ICR_OFFSET = Declaration(
     at_least=-FARTHEST, at_most=FARTHEST,
 )  # fmt: skip
 
+EFFECTIVE_RADII = Declaration(
+    "effective_radii", list[float],
+    "calibrated radii of the left and the right wheels, or of each wheel of `mounts`", "m", [],
+    above=0.0, at_most=FARTHEST,
+)  # fmt: skip
+
+
+def _calibrated(name: str, help: str) -> Declaration:
+    """Declare a length that `treepilot calibrate odometry` determines."""
+    kind: Any = float | None
+    return Declaration(name, kind, help, "m", None, above=0.0, at_most=FARTHEST)
+
+
+SEPARATION_OF_TURNS = _calibrated(
+    "effective_track", "calibrated separation that gives the turn; default: separation"
+)
+EFFECTIVE_WHEELBASE = _calibrated(
+    "effective_wheelbase", "calibrated wheelbase that gives the turn; default: wheelbase"
+)
+EFFECTIVE_LEVER = _calibrated(
+    "effective_lever", "calibrated mean lever arm of the wheels; default: that of the mounts"
+)
+
 KEYS: dict[str, tuple[Declaration, ...]] = {
-    Differential.kind: (LEFT, RIGHT, RADIUS, SEPARATION),
-    SkidSteered.kind: (LEFT, RIGHT, RADIUS, TRACK, EFFECTIVE_TRACK, ICR_OFFSET),
-    Omnidirectional.kind: (MOUNTS, RADIUS),
+    Differential.kind: (LEFT, RIGHT, RADIUS, SEPARATION, SEPARATION_OF_TURNS, EFFECTIVE_RADII),
+    SkidSteered.kind: (
+        LEFT, RIGHT, RADIUS, TRACK, EFFECTIVE_TRACK, ICR_OFFSET, EFFECTIVE_RADII,
+    ),
+    Omnidirectional.kind: (MOUNTS, RADIUS, EFFECTIVE_LEVER, EFFECTIVE_RADII),
     Ackermann.kind: (
         STEERING, REAR, RADIUS, WHEELBASE, TRACK, STEERING_ANGLE, STEERING_SPEED,
+        EFFECTIVE_WHEELBASE, EFFECTIVE_RADII,
     ),
 }  # fmt: skip
 """The keys of `wheels` besides `drive`, by kind of drive."""
@@ -146,17 +172,30 @@ def check_joints(top: Section, model: RobotModel, wheels: WheelGeometry) -> bool
 
 
 def _listed(section: Section, kind: str) -> WheelGeometry | None:
-    """Read wheels that are listed by side or by axle; their keys are the fields, in order."""
-    values = [_value(section, declared) for declared in KEYS[kind]]
-    if any(value is None for value in values):
+    """Read wheels that are listed by side or by axle; their keys are the fields."""
+    keys = [declared for declared in KEYS[kind] if declared is not EFFECTIVE_RADII]
+    values = {declared.name: _value(section, declared) for declared in keys}
+    if any(values[declared.name] is None for declared in keys if declared.default is not None):
         return None
-    wheels: WheelGeometry = GEOMETRIES[kind](*values)
+    values[EFFECTIVE_RADII.name] = _radii(section, 2)
+    wheels: WheelGeometry = GEOMETRIES[kind](**values)
     try:
         wheels.check()
     except ValueError as error:
         section.findings.add(SHAPE, section.mark, str(error), TIGHT)
         return None
     return wheels
+
+
+def _radii(section: Section, count: int) -> tuple[float, ...]:
+    """Read the calibrated radii of so many wheels; empty if there are none."""
+    radii = section.value(EFFECTIVE_RADII) or []
+    if radii and len(radii) != count:
+        name = EFFECTIVE_RADII.name
+        sentence = f"{name}: expected {count} radii, got {len(radii)}"
+        section.findings.add(SHAPE, section.mark_of(name), sentence)
+        return ()
+    return tuple(radii)
 
 
 def _value(section: Section, declared: Declaration) -> Any:
@@ -181,7 +220,10 @@ def _omni(section: Section) -> OmniWheels | None:
     found = [mount for mount in read if mount is not None]
     if radius is None or not items or len(found) < len(items):
         return None
-    wheels = OmniWheels(tuple(j for j, _ in found), tuple(at for _, at in found), radius)
+    joints, mounts = tuple(j for j, _ in found), tuple(at for _, at in found)
+    wheels = OmniWheels(
+        joints, mounts, radius, section.value(EFFECTIVE_LEVER), _radii(section, len(joints))
+    )
     _check_mounts(section, wheels)
     return wheels
 

@@ -15,7 +15,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 import typer
 
 from missions.cli.bench import bench_app
-from missions.cli.calibrate.command import calibrate
+from missions.cli.calibrate.command import calibrate_app
 from missions.cli.commissioning.preflight import EPILOG as PREFLIGHT_EPILOG
 from missions.cli.commissioning.preflight import preflight
 from missions.cli.inspection.check import check, explain
@@ -30,6 +30,7 @@ from missions.cli.inspection.show import show
 from missions.cli.inspection.topic import topic_app
 from missions.cli.inspection.trace import trace
 from missions.cli.jitter import jitter
+from missions.cli.keys import keys_app
 from missions.cli.lsp import lsp
 from missions.cli.map import map_app
 from missions.cli.new import new_app
@@ -65,7 +66,6 @@ app.command("list")(list_)
 app.command()(describe)
 app.command()(parameters)
 app.command()(nav2)
-app.command()(calibrate)
 app.command()(jitter)
 app.command(epilog=PREFLIGHT_EPILOG)(preflight)
 app.command()(lsp)
@@ -79,8 +79,10 @@ app.command()(replay)
 app.command()(drive)
 app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
+app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(map_app, name="map")
 app.add_typer(tell_app, name="tell")
+app.add_typer(keys_app, name="keys")
 app.add_typer(topic_app, name="topic")
 app.add_typer(bench_app, name="bench")
 app.command(epilog=TUNE_EPILOG)(tune)

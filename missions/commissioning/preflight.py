@@ -2,22 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from missions.commissioning.checks import Check, failures
+from missions.commissioning.moving import check_moving
 from missions.commissioning.standing import check_standing
 from stack.body import Body
 from stack.errors import BodyError
 
 
-def preflight(body: Body, *, pictures: bool = False) -> Iterator[Check]:
+def preflight(
+    body: Body, confirms: Callable[[str], bool] | None = None, *, pictures: bool = False,
+    estop: bool = False,
+) -> Iterator[Check]:  # fmt: skip
     """Check a robot; yield each check as soon as it is made.
+
+    A robot that fails a check at standstill does not move.
 
     Args:
         body: the robot.
+        confirms: asks the operator before the robot moves; None: it does not move.
         pictures: whether cameras are checked too.
+        estop: whether the operator presses the emergency stop for a test.
     """
-    yield from check_standing(body, pictures=pictures)
+    wrong = False
+    for check in check_standing(body, pictures=pictures):
+        wrong |= check.outcome == "failed"
+        yield check
+    if confirms is None:
+        return
+    if wrong:
+        yield Check("motion", "skipped", "a robot that fails a check does not move")
+        return
+    yield from check_moving(body, confirms, estop=estop)
 
 
 def require_ready(body: Body) -> None:

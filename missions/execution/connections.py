@@ -21,7 +21,11 @@ def network_sinks_of(options: RunOptions) -> tuple[list[Sink], TelemetryServer |
     if options.mavlink:
         from stack.telemetry.mavlink.sink import MavlinkVehicle
 
-        sinks.append(MavlinkVehicle(options.mavlink))
+        sinks.append(
+            MavlinkVehicle(options.mavlink, key=options.mavlink_key, home_item=options.mavlink_home)
+        )
+    elif options.mavlink_key is not None:
+        raise InputError("--mavlink-key signs the link of --mavlink, which is not given")
     if options.foxglove is not None:
         from stack.telemetry.foxglove.server import FoxgloveServer
 

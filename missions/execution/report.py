@@ -6,6 +6,7 @@ import dataclasses
 import json
 import shlex
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -38,8 +39,9 @@ class Report:
         localisation_error: mean and max distance between estimate and truth, metres.
         doubt: lost_seconds, for which the robot was lost and might not drive, and obscured_metres,
             driven by odometry at low speed because unmapped things hid the map.
-        held: seconds for which the robot `stopped` or was `slower`, by cause: obstacle, person,
-            zone, speed limit, old measurement, unseen ground, emergency stop, lost…
+        held: seconds for which the robot `stopped`, or was `slower` than half of what it wanted,
+            for a second or longer, by cause: obstacle, person, zone, speed limit, old measurement,
+            unseen ground, emergency stop, lost…
         relocalised_by: source of the last relocalisation (marker, lidar, operator), or empty.
         stages: compute time by stage of the loop, wall seconds.
         final_pose: estimate and truth at the end.
@@ -80,7 +82,7 @@ class Report:
     relocalised_by: str
     relocalisations: list[dict[str, Any]]
     battery: float
-    stages: dict[str, dict[str, float]]
+    stages: dict[str, dict[str, Any]]
     final_pose: dict[str, Any]
     blackboard: dict[str, str]
     peak_memory_mb: float
@@ -154,15 +156,33 @@ class Report:
 
 
 def read_report(folder: Path) -> Report | None:
-    """Return the report in a run folder; None if there is none that can be read."""
+    """Return the report in a run folder; None if there is none, or it lacks fields."""
+    try:
+        return Report(**(read_fields(folder) or {}))
+    except TypeError:
+        return None
+
+
+def read_fields(folder: Path) -> dict[str, Any] | None:
+    """Return what can be read of the report in a run folder; None if there is none.
+
+    Another version may have written more fields, which are left out; fewer; or others with the same
+    names, which are left out too.
+    """
     from stack.documents.files import JSON_BYTES, read_bytes  # not for every start of the command
+    from stack.telemetry.codec import MalformedError, field_codecs  # as above
 
     try:
         content = json.loads(read_bytes(folder / "report.json", JSON_BYTES))
-        known = {item.name for item in dataclasses.fields(Report)}  # a later version has more
-        return Report(**{name: value for name, value in content.items() if name in known})
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
+    except (OSError, ValueError, RecursionError):
         return None
+    if not isinstance(content, dict):
+        return None
+    known = {}
+    for name, codec in field_codecs(Report).items():
+        with suppress(LookupError, MalformedError):
+            known[name] = codec.decode(content[name])
+    return known
 
 
 def _shown(path: Path) -> str:

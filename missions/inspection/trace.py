@@ -190,7 +190,8 @@ def _concerns(event: Event, tree: Tree, selected: set[int] | None) -> bool:
         return not selected.isdisjoint(event.fields.get("nodes", ()))
     if event.kind != "command" or event.fields.get("refused"):
         return False
-    named = event.fields.get("arguments", {}).get("node")
+    arguments = event.fields.get("arguments")
+    named = arguments.get("node") if isinstance(arguments, dict) else None
     try:
         return named is not None and not selected.isdisjoint(tree.find(str(named)))
     except InputError:

@@ -14,6 +14,8 @@ from stack.telemetry.records import Event
 EVENT_LOG_BYTES = 1 << 28
 """Largest event log that is read; a run of 24 hours has about a tenth."""
 
+STATUSES = frozenset({"idle", "running", "success", "failure"})
+
 
 @dataclass
 class Node:
@@ -142,9 +144,10 @@ def read_trace(folder: Path) -> Trace:
     size = path.stat().st_size
     if size > EVENT_LOG_BYTES:
         raise InputError(f"{path} has {size} bytes; at most {EVENT_LOG_BYTES} are read")
-    events = tuple(read_events(path))
-    trees = []
-    for line, event in enumerate(events, start=1):
+    events: list[Event] = []
+    trees: list[Tree] = []
+    for line, event in enumerate(read_events(path), start=1):
+        events.append(event)
         try:
             if event.kind == "tree":
                 trees.append(_tree(event))
@@ -155,7 +158,7 @@ def read_trace(folder: Path) -> Trace:
             raise InputError([Finding(Mark(str(path), line), "E004", sentence)]) from None
     if not trees:
         raise InputError(f"{path} has no tree: the run ended before the mission started")
-    return Trace(tuple(trees), events)
+    return Trace(tuple(trees), tuple(events))
 
 
 def is_reset(event: Event) -> bool:
@@ -164,15 +167,22 @@ def is_reset(event: Event) -> bool:
 
 
 def _tree(event: Event) -> Tree:
-    nodes = {int(row[0]): Node(*row) for row in event.fields["rows"]}
+    nodes = {int(row[0]): _node(*row) for row in event.fields["rows"]}
     for node in nodes.values():
         if node.parent >= node.id:  # nodes are numbered from the root on
             raise ValueError(f"node {node.id} is below node {node.parent}")
     return Tree(nodes, event.time)
 
 
+def _node(number: int, parent: int, kind: str, name: str, where: str = "", *_later: object) -> Node:
+    """The node of a recorded row; a later version may have written more."""
+    return Node(int(number), int(parent), str(kind), str(name), str(where))
+
+
 def _note(event: Event, tree: Tree) -> None:
     if event.kind == "node_status":
+        if not {event.fields["from"], event.fields["to"]} <= STATUSES:
+            raise ValueError(f"no status of a node: {event.fields['to']!r:.40}")
         tree.nodes[int(event.fields["node"])].note(event)
     elif event.kind == "breakpoint":
         for number in event.fields.get("nodes", ()):

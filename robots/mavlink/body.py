@@ -11,39 +11,35 @@ from dataclasses import replace
 from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 from typing import Any
 
-from robots.mavlink.checks import LAST, OLDEST_ODOMETRY, READ, Check, Subject, checks_of
-from robots.mavlink.estimates import EstimateSender
+from robots.mavlink.checks import LAST, OLDEST_ODOMETRY, Check, Subject, checks_of
+from robots.mavlink.estimates import OLDEST, SentEstimate
+from robots.mavlink.loop_link import LoopLink
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
-from robots.mavlink.rover_link import Order, Phase, RoverLink
-from robots.mavlink.streaming import LinkThread
-from stack.body import AcceptsEstimate, Body, BodyCommand, BodyHealth, Engageable
+from robots.mavlink.rover_link import Phase
+from stack.body import (
+    HEALTHY,
+    AcceptsEstimate,
+    Body,
+    BodyCommand,
+    BodyHealth,
+    Engageable,
+    FastLoopBody,
+)
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError, InputError
-from stack.mavlink.address import read_address
 from stack.sim.pace import Pace
 from stack.types import (
     STANDSTILL,
     Imu,
+    LoopStatistics,
     Measurement,
     Observation,
     Odometry,
     Pose2D,
     PoseEstimate,
+    has_jumped,
 )
-
-WANTED = (
-    (30, 20.0),  # ATTITUDE
-    (32, 20.0),  # LOCAL_POSITION_NED
-    (9000, 20.0),  # WHEEL_DISTANCE
-    (27, 50.0),  # RAW_IMU
-    (105, 50.0),  # HIGHRES_IMU
-    (330, 10.0),  # OBSTACLE_DISTANCE
-    (132, 10.0),  # DISTANCE_SENSOR
-    (147, 1.0),  # BATTERY_STATUS
-    (1, 1.0),  # SYS_STATUS
-)
-"""Messages that the rover is asked to send, by id, and their rates, Hz."""
 
 POLL = 0.05
 """Seconds between two looks while the body waits for the rover."""
@@ -51,14 +47,11 @@ POLL = 0.05
 SETTLE = 1.5
 """Seconds after the rover was found within which others on the link are noticed."""
 
-CLOSING = 5.0
-"""Longest time, seconds, to stop and disarm the rover at the end."""
-
 STOOD_FOR = 1.0
 """Seconds of standstill orders after which small measured velocities are noise."""
 
 
-class MavlinkBody(Body, Engageable, AcceptsEstimate):
+class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
     """Drives a rover.
 
     Args:
@@ -85,21 +78,16 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
             description, parameters.odometry, parameters.obstacle_distance, parameters.rangefinders
         )
         self._began, self._pace = 0.0, Pace(1.0)
-        self._engagement, self._stood_since = 0, monotonic()
+        self._asked, self._stood_since = False, monotonic()
+        self._found_at = monotonic()
         self._seen: dict[str, float] = {}
         self.checks: list[Check] = []
-        self._estimates = (
-            None if parameters.estimate == "none" else EstimateSender(parameters.estimate, start)
-        )
-        link = RoverLink(
-            read_address(parameters.connect), own_system=parameters.own_system,
-            system=parameters.system, autopilot=parameters.autopilot, wanted=WANTED, read=READ,
-            origin=parameters.origin, now=monotonic(),
-        )  # fmt: skip
-        if self._estimates is not None:
-            link.estimate = self._estimates.message
-        self._link, self._thread = link, LinkThread(link)
+        self._last: PoseEstimate | None = None
+        self._resets = 0
+        self._link = LoopLink(description, parameters)
         try:
+            if parameters.estimate != "none":
+                self._link.tell_estimate(SentEstimate((start.x, start.y, start.heading)))
             self._connect()
             self._take_control()
         except BaseException:
@@ -117,6 +105,7 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
         """
         self._wait(lambda: self._link.rover is not None, self._parameters.connect_timeout)
         self._refuse_failures(("heartbeat",))
+        self._found_at = monotonic()
         self._wait(lambda: bool(self._link.heard.others), SETTLE)
         self._refuse_failures(("one rover",))
 
@@ -129,8 +118,9 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
 
         def ready() -> bool:
             failed = [check.name for check in self._checked() if not check.passed]
-            if self._engagement == 0 and all(name in LAST for name in failed):
-                self._engagement = 1
+            if not self._asked and all(name in LAST for name in failed):
+                self._asked = True
+                self._link.engage()
             return self._link.phase is Phase.DRIVING and not failed
 
         self._wait(ready, self._parameters.arm_timeout)
@@ -144,12 +134,16 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
         while not done() and monotonic() < until:
             if self._interrupted():
                 raise BodyError("interrupted while waiting for the rover")
-            self._order(STANDSTILL.linear, STANDSTILL.angular)
+            self._link.drive(STANDSTILL)
             self._receive()
             sleep(POLL)
 
     def _checked(self) -> list[Check]:
-        subject = Subject(self._link, self._measurements, self._parameters, monotonic())
+        now = monotonic()
+        subject = Subject(
+            self._link.heard, self._link.problem, self._measurements, self._parameters, now,
+            now - self._found_at,
+        )  # fmt: skip
         self.checks = checks_of(subject)
         return self.checks
 
@@ -176,13 +170,21 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
         return True
 
     @property
+    def loop_statistics(self) -> LoopStatistics:
+        """Timing of the process that holds the link."""
+        return self._link.statistics
+
+    @property
     def health(self) -> BodyHealth:
         """Why the rover does not obey or measure; empty if it does."""
         problem = self._link.problem
+        if problem:
+            return BodyHealth(problem, self._link.fault)
         stamp = self._measurements.odometry.stamp
-        if not problem and stamp is not None and monotonic() - stamp > OLDEST_ODOMETRY:
-            problem = f"no odometry from the rover: {self._measurements.source} do not come"
-        return BodyHealth(problem)
+        if stamp is not None and monotonic() - stamp > OLDEST_ODOMETRY:
+            source = self._measurements.source
+            return BodyHealth(f"no odometry from the rover: {source} does not come")
+        return HEALTHY
 
     def sense(self) -> Observation:
         """Return the measurements since the last call; odometry always, for this time."""
@@ -195,23 +197,20 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
             if shifted is not None and shifted.stamp > self._seen.get(name, 0.0):
                 self._seen[name] = shifted.stamp
                 found[name] = shifted
-        stands = now - self._stood_since > STOOD_FOR
-        odometry = self._measurements.odometry.at(now, stands)
-        found["wheels"] = replace(odometry, stamp=time)
+        odometry = self._measurements.odometry
+        odometry.stands = now - self._stood_since > STOOD_FOR
+        found["wheels"] = replace(odometry.at(now), stamp=time)
         return Observation(time, found)
 
     def command(self, command: BodyCommand) -> None:
         """Drive a velocity until the next command, at most DEAD_MAN seconds."""
         twist = self._description.drivetrain.feasible(command.twist)
-        self._order(twist.linear, twist.angular)
-
-    def _order(self, linear: float, angular: float) -> None:
-        if linear or angular:
+        if twist != STANDSTILL:
             self._stood_since = monotonic()
-        self._thread.order(Order(linear, angular, self._engagement))
+        self._link.drive(twist, emergency_stop=command.emergency_stop)
 
     def _receive(self) -> None:
-        for item in self._thread.take():
+        for item in self._link.take():
             self._measurements.add(item)
         for text in self._link.heard.take_texts():
             self._tell(f"autopilot: {text}")
@@ -221,13 +220,25 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
         if self._link.phase in (Phase.SEARCHING, Phase.LOST):
             return self._link.problem
         if self._link.phase not in (Phase.DRIVING, Phase.ENGAGING):
-            self._engagement += 1
+            self._link.engage()
         return ""
 
     def accept_estimate(self, estimate: PoseEstimate, motion: Odometry) -> None:
-        """Send the pose to the rover, if it shall know it."""
-        if self._estimates is not None:
-            self._estimates.accept(estimate, motion.twist, monotonic())
+        """Send the pose to the rover, if it shall know it; a lost robot has none."""
+        if self._parameters.estimate == "none":
+            return
+        if self._last is not None and has_jumped(self._last, estimate):
+            self._resets = (self._resets + 1) % 256
+        self._last = estimate
+        if not estimate.is_lost:
+            pose, twist, (a, b, c) = estimate.pose, motion.twist, estimate.covariance.tolist()
+            self._link.tell_estimate(
+                SentEstimate(
+                    (pose.x, pose.y, pose.heading), (tuple(a), tuple(b), tuple(c)),
+                    (twist.linear, twist.lateral, twist.angular), self._resets,
+                    monotonic() + OLDEST,
+                )
+            )  # fmt: skip
 
     def wait(self, period: float) -> None:
         """Sleep until the next control period begins."""
@@ -236,15 +247,7 @@ class MavlinkBody(Body, Engageable, AcceptsEstimate):
 
     def close(self) -> None:
         """Stop and disarm the rover, and disconnect. Safe to call twice."""
-        until = monotonic() + CLOSING
-        self._engagement = 0
-        while self._link.phase in (Phase.ENGAGING, Phase.DRIVING, Phase.RELEASING):
-            self._order(0.0, 0.0)
-            if monotonic() > until:
-                self._tell("the rover did not confirm that it is disarmed")
-                break
-            sleep(POLL)
-        self._thread.close()
+        self._link.close()
 
 
 def _check_fit(robot: RobotDescription, parameters: MavlinkParameters) -> None:

@@ -6,16 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from robots.mavlink.autopilots import ARDUROVER, PX4_ROVER
-from robots.mavlink.hearing import Rover
+from robots.mavlink.hearing import Hearing, Rover
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
-from robots.mavlink.rover_link import Phase, RoverLink
 
 OLDEST_ODOMETRY = 0.5
 """Seconds without odometry after which there is none."""
 
-READ = ("FS_GCS_ENABLE", "MAV_GCS_SYSID", "SYSID_MYGCS", "COM_OF_LOSS_T")
-"""Parameters of the autopilots that the checks know."""
+BATTERY_WITHIN = 3.0
+"""Seconds in which an autopilot that knows its charge has told it, once a second."""
 
 LONGEST_LOSS = 1.0
 """Seconds without setpoints after which PX4 should stop at the latest."""
@@ -47,35 +46,40 @@ class Subject:
     """What is checked.
 
     Attributes:
-        link: to the rover.
+        heard: what the rover has told.
+        problem: of the link; empty if the rover is heard.
         measurements: that have come so far.
         parameters: of the body.
         now: seconds on the clock of the link.
+        known_for: seconds since the rover was found.
     """
 
-    link: RoverLink
+    heard: Hearing
+    problem: str
     measurements: Measurements
     parameters: MavlinkParameters
     now: float
+    known_for: float
 
 
 def checks_of(subject: Subject) -> list[Check]:
     """All checks in order; without a rover only the first."""
-    rover = subject.link.rover
+    rover = subject.heard.rover
     if rover is None:
-        text = subject.link.problem
-        return [Check("heartbeat", False, text, "is the rover on, and is this its address?")]
+        return [
+            Check("heartbeat", False, subject.problem, "is the rover on, and is this its address?")
+        ]
     return [make(subject, rover) for make in _CHECKS]
 
 
 def _heartbeat(subject: Subject, rover: Rover) -> Check:
-    problem = subject.link.problem if subject.link.phase is Phase.LOST else ""
+    problem = subject.problem if subject.now - rover.heard > OLDEST_ODOMETRY else ""
     found = f"system {rover.system}, {rover.autopilot.name}, mode {rover.mode}"
     return Check("heartbeat", not problem, problem or found, "is the rover on?" if problem else "")
 
 
 def _alone(subject: Subject, rover: Rover) -> Check:
-    others = sorted(subject.link.heard.others)
+    others = sorted(subject.heard.others)
     if subject.parameters.system == 0 and others:
         systems = ", ".join(map(str, [rover.system, *others]))
         return Check(
@@ -98,6 +102,8 @@ def _odometry(subject: Subject, rover: Rover) -> Check:
 
 def _battery(subject: Subject, rover: Rover) -> Check:
     battery, least = subject.measurements.battery, subject.parameters.least_charge
+    if battery is None and subject.known_for < BATTERY_WITHIN:
+        return Check("battery", False, "not told yet")
     if battery is None:
         return Check("battery", True, "the autopilot does not tell its charge")
     text = f"{battery.charge:.0%}, {battery.voltage:.1f} V"
@@ -108,7 +114,7 @@ def _battery(subject: Subject, rover: Rover) -> Check:
 
 def _watchdog(subject: Subject, rover: Rover) -> Check:
     """Whether the rover stops by itself when treepilot, its computer or the link fails."""
-    name, values, autopilot = "setpoint watchdog", subject.link.heard.values, rover.autopilot
+    name, values, autopilot = "setpoint watchdog", subject.heard.values, rover.autopilot
     if autopilot is PX4_ROVER:
         loss = values.get("COM_OF_LOSS_T")
         if loss is None:
@@ -134,18 +140,18 @@ def _mode(subject: Subject, rover: Rover) -> Check:
     if rover.mode == wanted:
         return Check("mode", True, wanted)
     text = f"{rover.mode}, and {wanted} is not accepted"
-    return Check("mode", False, text, _words(subject.link))
+    return Check("mode", False, text, _words(subject.heard))
 
 
 def _armed(subject: Subject, rover: Rover) -> Check:
     if rover.armed:
         return Check("armed", True, "yes")
-    return Check("armed", False, "the autopilot refuses", _words(subject.link))
+    return Check("armed", False, "the autopilot refuses", _words(subject.heard))
 
 
-def _words(link: RoverLink) -> str:
+def _words(heard: Hearing) -> str:
     """The autopilot's own words about its refusal."""
-    said = link.heard.last_text
+    said = heard.last_text
     return f"it says: {said}" if said else "it does not say why"
 
 

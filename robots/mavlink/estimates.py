@@ -7,11 +7,14 @@ ArduPilot takes no other frames, and drops them silently.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import cos, sin
+import struct
+from dataclasses import dataclass
+from math import cos, inf, sin
 from typing import Any
 
 from stack.mavlink.frames import (
+    Matrix3,
+    Planar,
     frd_covariance,
     frd_pose,
     frd_twist,
@@ -19,7 +22,6 @@ from stack.mavlink.frames import (
     ned_pose,
     pack_covariance,
 )
-from stack.types import STANDSTILL, Pose2D, PoseEstimate, Twist, has_jumped
 
 OLDEST = 0.3
 """Seconds for which an estimate of a moving rover is sent; then the rover's filter must notice that
@@ -31,58 +33,63 @@ SPEED_VARIANCE = 0.05**2
 SPEED_COVARIANCE = (
     (SPEED_VARIANCE, 0.0, 0.0), (0.0, SPEED_VARIANCE, 0.0), (0.0, 0.0, SPEED_VARIANCE),
 )  # fmt: skip
-NO_ESTIMATE: Sequence[Sequence[float]] = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
+FIRST_COVARIANCE: Matrix3 = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
+"""Of the pose at which a rover is said to stand before it has been estimated: 0.1 m, 0.1 rad."""
+
+_LAYOUT = struct.Struct("=16dB")
 
 
-class EstimateSender:
-    """Makes messages of the newest estimate. The loop sets it, the link's thread sends it.
+@dataclass(frozen=True, slots=True)
+class SentEstimate:
+    """An estimate on its way to the rover.
 
-    Args:
-        kind: vision_position or odometry.
-        start: where the rover stands until the first estimate, map frame.
+    Attributes:
+        pose: x, y, heading on the map.
+        covariance: of x, y, heading.
+        twist: linear, lateral and angular velocity of the base.
+        resets: number of jumps of the pose so far, modulo 256.
+        until: seconds on the monotonic clock until which it is sent; inf: while the rover stands.
     """
 
-    def __init__(self, kind: str, start: Pose2D) -> None:
-        self._kind = kind
-        self._last: PoseEstimate | None = None
-        self._resets = 0
-        # Pose, covariance, velocity, resets, and until when it is sent: replaced as one.
-        self._now: tuple[Pose2D, Any, Twist, int, float | None] = (
-            start, NO_ESTIMATE, STANDSTILL, 0, None,
-        )  # fmt: skip
+    pose: Planar
+    covariance: Matrix3 = FIRST_COVARIANCE
+    twist: Planar = (0.0, 0.0, 0.0)
+    resets: int = 0
+    until: float = inf
 
-    def accept(self, estimate: PoseEstimate, twist: Twist, now: float) -> None:
-        """Take a newer estimate; a lost robot has none.
+    def packed(self) -> bytes:
+        """Return it as bytes, for the process of the fast loop."""
+        a, b, c = self.covariance
+        return _LAYOUT.pack(*self.pose, *a, *b, *c, *self.twist, self.until, self.resets)
+
+    @classmethod
+    def unpacked(cls, content: bytes) -> SentEstimate:
+        """Return the estimate in bytes."""
+        n = _LAYOUT.unpack(content)
+        return cls(n[0:3], (n[3:6], n[6:9], n[9:12]), n[12:15], n[16], n[15])
+
+    def message(self, kind: str, dialect: Any, now: float) -> Any | None:
+        """Return the message that is sent now; None if the estimate is too old.
 
         Args:
-            estimate: of the pose.
-            twist: measured velocity of the base.
-            now: seconds on the clock of the link.
+            kind: vision_position or odometry.
+            dialect: pymavlink's module with messages.
+            now: seconds on the monotonic clock.
         """
-        if self._last is not None and has_jumped(self._last, estimate):
-            self._resets = (self._resets + 1) % 256
-        self._last = estimate
-        if not estimate.is_lost:
-            until = now + OLDEST
-            self._now = (estimate.pose, estimate.covariance, twist, self._resets, until)
-
-    def message(self, dialect: Any, now: float) -> Any | None:
-        """Return the message that is sent now; None without a fresh estimate."""
-        pose, covariance, twist, resets, until = self._now
-        if until is not None and now > until:
+        if now > self.until:
             return None
         microseconds = int(now * 1e6)
-        if self._kind == "vision_position":
-            north, east, yaw = ned_pose(pose.x, pose.y, pose.heading)
+        if kind == "vision_position":
+            north, east, yaw = ned_pose(*self.pose)
             return dialect.MAVLink_vision_position_estimate_message(
                 microseconds, north, east, 0.0, 0.0, 0.0, yaw,
-                pack_covariance(ned_covariance(covariance)), resets,
+                pack_covariance(ned_covariance(self.covariance)), self.resets,
             )  # fmt: skip
-        x, y, yaw = frd_pose(pose.x, pose.y, pose.heading)
-        forward, right, rate = frd_twist(twist.linear, twist.lateral, twist.angular)
+        x, y, yaw = frd_pose(*self.pose)
+        forward, right, rate = frd_twist(*self.twist)
         return dialect.MAVLink_odometry_message(
             microseconds, LOCAL_FRD, BODY_FRD, x, y, 0.0,
             [cos(yaw / 2.0), 0.0, 0.0, sin(yaw / 2.0)], forward, right, 0.0, 0.0, 0.0, rate,
-            pack_covariance(frd_covariance(covariance)), pack_covariance(SPEED_COVARIANCE), resets,
-            ESTIMATOR_VISION, 100,
+            pack_covariance(frd_covariance(self.covariance)), pack_covariance(SPEED_COVARIANCE),
+            self.resets, ESTIMATOR_VISION, 100,
         )  # fmt: skip

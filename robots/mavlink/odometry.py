@@ -34,10 +34,13 @@ class RoverOdometry(ABC):
 
     Attributes:
         stamp: of the newest message, seconds on our clock; None before the first.
+        stands: whether the rover has been told to stand for a while: then small velocities are
+            noise, and are not summed up.
     """
 
     def __init__(self) -> None:
         self.stamp: float | None = None
+        self.stands = False
         self._pose, self._twist = Pose2D(0.0, 0.0), STANDSTILL
 
     @abstractmethod
@@ -50,23 +53,20 @@ class RoverOdometry(ABC):
             stamp: seconds on our clock.
         """
 
-    def at(self, now: float, stands: bool) -> Odometry:
+    def at(self, now: float) -> Odometry:
         """Pose and velocity at a time: those of the newest message and the motion since.
 
         Args:
             now: seconds on our clock.
-            stands: whether the rover has been told to stand for a while; then small velocities are
-                noise.
         """
-        twist = self._twist
-        speed = hypot(twist.linear, twist.lateral)
-        if stands and speed < QUIET_SPEED and abs(twist.angular) < QUIET_TURN:
-            twist = STANDSTILL
         age = 0.0 if self.stamp is None else now - self.stamp
-        if age > GAP:
-            twist = STANDSTILL
+        twist = STANDSTILL if age > GAP or self._is_noise(self._twist) else self._twist
         ahead = min(max(age, 0.0), LONGEST_AHEAD)
         return Odometry(now, self._pose.compose(moved(twist, ahead)), twist)
+
+    def _is_noise(self, twist: Twist) -> bool:
+        quiet = hypot(twist.linear, twist.lateral) < QUIET_SPEED
+        return self.stands and quiet and abs(twist.angular) < QUIET_TURN
 
 
 class FilterOdometry(RoverOdometry):
@@ -110,7 +110,7 @@ class FilterOdometry(RoverOdometry):
             elapsed = stamp - self.stamp
             if elapsed <= 0.0:
                 return
-            if elapsed <= GAP:
+            if elapsed <= GAP and not self._is_noise(self._twist):
                 x += 0.5 * (self._velocity[0] + velocity[0]) * elapsed
                 y += 0.5 * (self._velocity[1] + velocity[1]) * elapsed
         self.stamp, self._velocity = stamp, velocity

@@ -1,16 +1,15 @@
 """Link to a rover: finds it, asks for control, streams setpoints, and gives its messages.
 
-It has no thread and no clock of its own: `cycle` is called at a steady rate, by a thread beside the
-step loop or by the process of the fast loop, and does all that is due. The person with the
+It has no thread and no clock of its own: the process of the fast loop calls `cycle` at a steady
+rate, which does all that is due. The person with the
 transmitter wins: a rover whose mode changes, or that is disarmed, while we drive it, gets no
 setpoint any more until control is asked for again (`Order.engagement`).
 """
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
@@ -163,12 +162,9 @@ class RoverLink:
         """The rover; None until it is found."""
         return self.heard.rover
 
-    def send(self, message: Any) -> None:
-        """Send a message to the rover now; dropped while there is no link."""
-        link = self._link
-        if link is not None:
-            with contextlib.suppress(OSError):  # the next cycle notices
-                link.send(message)
+    def counted(self) -> dict[str, int]:
+        """What has passed the connection since it was opened, by name."""
+        return {} if self._link is None else asdict(self._link.counters)
 
     def close(self) -> None:
         """Close the connection. Safe to call twice."""
@@ -285,7 +281,7 @@ class RoverLink:
             why = f"the rover's mode was changed from {rover.autopilot.driving} to {rover.mode}"
         if why:
             said = f" ({self.heard.last_text})" if self.heard.last_text else ""
-            self.phase, self._we_armed = Phase.TAKEN_OVER, False
+            self.phase, self._we_armed = Phase.TAKEN_OVER, self._we_armed and rover.armed
             self._reason = f"{why}{said}; `resume` asks for {rover.autopilot.driving} again"
 
     def _release(self, now: float, rover: Rover) -> None:

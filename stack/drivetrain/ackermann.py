@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import atan, copysign, degrees, isnan, nan, tan
+from typing import ClassVar
 
 from stack.drivetrain.differential import mean_of, places_on_sides
 from stack.drivetrain.drivetrain import (
@@ -40,6 +41,9 @@ class SteeredWheels(WheelGeometry):
         steering_angle: largest steering angle at the middle of the front axle, radians.
         steering_speed: rate of the steering angle, rad/s.
         steered_track: distance between the axes of the steering joints, metres; None: the track.
+        effective_wheelbase: the wheelbase that gives the turn, as calibrated, metres; None: the
+            wheelbase.
+        effective_radii: of the rear wheels, left and right, as calibrated, metres.
     """
 
     steering: tuple[str, str]
@@ -50,6 +54,14 @@ class SteeredWheels(WheelGeometry):
     steering_angle: float
     steering_speed: float
     steered_track: float | None = None
+    effective_wheelbase: float | None = None
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = "effective_wheelbase"
+
+    @property
+    def turning_length(self) -> float:
+        """The effective wheelbase."""
+        return self.wheelbase if self.effective_wheelbase is None else self.effective_wheelbase
 
     @property
     def half_steered_track(self) -> float:
@@ -59,7 +71,7 @@ class SteeredWheels(WheelGeometry):
     @property
     def turning_radius(self) -> float:
         """Radius of the tightest circle of the base frame's origin, metres."""
-        return self.wheelbase / tan(self.steering_angle)
+        return self.turning_length / tan(self.steering_angle)
 
     @property
     def places(self) -> Mapping[str, Pose2D]:
@@ -175,10 +187,11 @@ class Ackermann(Drivetrain):
     turns_in_place = False
 
     def __init__(self, wheels: SteeredWheels, limits: Limits) -> None:
-        super().__init__(limits)
+        super().__init__(wheels, limits)
         self._wheels = wheels
         self.turning_radius = wheels.turning_radius
         self.track = self.effective_track = wheels.track
+        self._radius = sum(self.radii) / 2.0
 
     @property
     def at_rest(self) -> DriveState:
@@ -219,7 +232,7 @@ class Ackermann(Drivetrain):
     def steering_limit(self) -> float:
         """Angle of the inner front wheel on the tightest arc, radians."""
         wheels = self._wheels
-        return atan(wheels.wheelbase / (wheels.turning_radius - wheels.half_steered_track))
+        return atan(wheels.turning_length / (wheels.turning_radius - wheels.half_steered_track))
 
     @property
     def law(self) -> WheelLaw:
@@ -230,9 +243,9 @@ class Ackermann(Drivetrain):
         """
         wheels = self._wheels
         return WheelLaw(
-            ((1.0, 0.0, 0.0),) * len(wheels.rear), wheels.radius,
+            ((1.0, 0.0, 0.0),) * len(wheels.rear), self._radius,
             (
-                wheels.wheelbase, wheels.track, wheels.half_steered_track, wheels.radius,
+                wheels.turning_length, wheels.track, wheels.half_steered_track, self._radius,
                 wheels.steering_angle, wheels.steering_speed, wheels.turning_radius,
             ),
         )  # fmt: skip
@@ -248,8 +261,8 @@ class Ackermann(Drivetrain):
         if steering is None:
             steering = self.state_at(state.twist, self.at_rest).steering or 0.0
         left, right, left_angle, right_angle = rolling_wheels(
-            state.twist.linear, self._curvature(steering), wheels.wheelbase, wheels.track,
-            wheels.half_steered_track, wheels.radius,
+            state.twist.linear, self._curvature(steering), wheels.turning_length, wheels.track,
+            wheels.half_steered_track, self._radius,
         )  # fmt: skip
         return WheelCommand((left, right), (left_angle, right_angle))
 
@@ -260,7 +273,7 @@ class Ackermann(Drivetrain):
 
         Different slips of the two rear wheels also turn the car.
         """
-        half, base = self._wheels.half_steered_track, self._wheels.wheelbase
+        half, base = self._wheels.half_steered_track, self._wheels.turning_length
         curvature = 0.0
         if steering:
             left, right = (tan(angle) for angle in steering)
@@ -277,7 +290,8 @@ class Ackermann(Drivetrain):
     def _steering_of(self, twist: Twist) -> float:
         """Steering angle of the arc of a moving twist, within the largest angle, radians."""
         wheels = self._wheels
-        return steering_of(twist.linear, twist.angular, wheels.wheelbase, wheels.steering_angle)
+        base = wheels.turning_length
+        return steering_of(twist.linear, twist.angular, base, wheels.steering_angle)
 
     def _curvature(self, steering: float) -> float:
-        return tan(steering) / self._wheels.wheelbase
+        return tan(steering) / self._wheels.turning_length

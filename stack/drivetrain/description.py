@@ -18,7 +18,7 @@ from stack.drivetrain.skid_steered import Skid
 from stack.drivetrain.wheel_loop import NO_GAINS, WheelGains
 from stack.errors import Finding
 from stack.parameters import parameter
-from stack.types import CameraModel, FloatArray, Footprint, Pose2D
+from stack.types import CameraModel, FloatArray, Footprint, Imu, Pose2D
 
 COLUMNS_OF_A_BEAM = 2
 """Columns of a depth picture in a beam of its virtual scan."""
@@ -213,6 +213,18 @@ class ImuDescription:
     gyro_scale_error: float = parameter(
         0.0, at_least=0.0, at_most=0.1, help="standard deviation of the relative error of its scale"
     )
+    gyro_scale: float = parameter(
+        1.0, at_least=0.5, at_most=2.0, help="true yaw rate divided by the measured one, calibrated"
+    )
+    gyro_offset: float = parameter(
+        0.0, "rad/s", at_least=-0.5, at_most=0.5, help="measured yaw rate at rest, calibrated"
+    )
+
+    def corrected(self, measured: Imu) -> Imu:
+        """Return samples with the calibrated yaw rate."""
+        rates = measured.angular_velocity.copy()
+        rates[:, 2] = self.gyro_scale * (rates[:, 2] - self.gyro_offset)
+        return replace(measured, angular_velocity=rates)
 
 
 @dataclass(frozen=True)
@@ -254,6 +266,8 @@ class RobotDescription:
         model: the URDF that the simulation loads: its root is the base frame, its meshes are named
             by absolute paths.
         warnings: about the robot file and the URDF.
+        actual: the robot that a simulation simulates, when it differs from this description, as a
+            real robot does before it is calibrated; None: this one.
     """
 
     name: str
@@ -277,6 +291,7 @@ class RobotDescription:
     model: str = ""
     warnings: tuple[Finding, ...] = ()
     body_parameters: Mapping[str, Any] = field(default_factory=dict)
+    actual: RobotDescription | None = None
     wheel_control: WheelGains = NO_GAINS
 
     def drawn_by(self, renderer: str) -> RobotDescription:

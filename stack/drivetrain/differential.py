@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from stack.drivetrain.drivetrain import Drivetrain, Length, WheelGeometry, WheelLaw
 from stack.drivetrain.limits import Limits
@@ -19,12 +20,23 @@ class Wheels(WheelGeometry):
         right: URDF joints of the right wheels.
         radius: metres.
         separation: distance between the centres of left and right wheels, metres.
+        effective_track: the separation that gives the turn, as calibrated, metres; None: the
+            separation.
+        effective_radii: of the left and the right wheels, as calibrated, metres.
     """
 
     left: tuple[str, ...]
     right: tuple[str, ...]
     radius: float
     separation: float
+    effective_track: float | None = None
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = "effective_track"
+
+    @property
+    def turning_length(self) -> float:
+        """The effective track."""
+        return self.separation if self.effective_track is None else self.effective_track
 
     @property
     def places(self) -> Mapping[str, Pose2D]:
@@ -58,14 +70,14 @@ def mean_of(at: Mapping[str, tuple[float, float]], joints: Sequence[str]) -> tup
 
 
 class Differential(Drivetrain):
-    """Differential drive: wheel speed (v -+ w b / 2) / r with separation b and wheel radius r."""
+    """Differential drive: wheel speed (v -+ w b / 2) / r with track b and wheel radius r."""
 
     kind = "differential"
 
     def __init__(self, wheels: Wheels, limits: Limits) -> None:
-        super().__init__(limits)
+        super().__init__(wheels, limits)
         self._wheels = wheels
-        self.track = self.effective_track = wheels.separation
+        self.track, self.effective_track = wheels.separation, wheels.turning_length
 
     @property
     def driven_joints(self) -> tuple[str, ...]:
@@ -75,9 +87,10 @@ class Differential(Drivetrain):
     @property
     def law(self) -> WheelLaw:
         """Each side rolls at v -+ w b / 2."""
-        wheels, half = self._wheels, self.effective_track / 2.0
-        left, right = (1.0, 0.0, -half), (1.0, 0.0, half)
-        return WheelLaw((left,) * len(wheels.left) + (right,) * len(wheels.right), wheels.radius)
+        wheels, half, radius = self._wheels, self.effective_track / 2.0, self.radii[0]
+        share = radius / self.radii[1]
+        left, right = (1.0, 0.0, -half), (share, 0.0, share * half)
+        return WheelLaw((left,) * len(wheels.left) + (right,) * len(wheels.right), radius)
 
     def encoder_angles(self, wheels: Sequence[float]) -> Sequence[float]:
         """Mean angle of each side, left and right."""
@@ -88,7 +101,7 @@ class Differential(Drivetrain):
     def from_wheels(
         self, rolled: Sequence[float], slips: Sequence[float], steering: Sequence[float] = ()
     ) -> Pose2D:
-        """Displacement forward, the mean of both sides; turn (right - left) / separation."""
+        """Displacement forward, the mean of both sides; turn (right - left) / track."""
         left, right = rolled[0] + slips[0], rolled[1] + slips[1]
         return Pose2D((left + right) / 2.0, 0.0, (right - left) / self.effective_track)
 

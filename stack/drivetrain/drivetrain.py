@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar, cast
 
 from stack.drivetrain.limits import Limits, limit_speed
 from stack.types import STANDSTILL, Pose2D, Twist
@@ -83,9 +83,14 @@ class WheelGeometry(ABC):
 
     Attributes:
         radius: of the driven wheels, metres.
+        effective_radii: of the wheel of each encoder under load, as calibrated, metres; empty: the
+            radius.
+        turning_key: the calibrated length by which turns are divided, as robot.yaml calls it.
     """
 
     radius: float
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = ""
 
     @property
     @abstractmethod
@@ -100,6 +105,22 @@ class WheelGeometry(ABC):
     def sides(self) -> Sequence[Sequence[str]]:
         """Joints of the wheels that stand for one driven wheel, the first; empty: each is one."""
         return ()
+
+    @property
+    @abstractmethod
+    def turning_length(self) -> float:
+        """The value of `turning_key`, metres; the described length if it is not calibrated."""
+
+    def calibrated(self, radii: Sequence[float], turning: float) -> WheelGeometry:
+        """Return the wheels with calibrated lengths.
+
+        Args:
+            radii: of the wheel of each encoder, metres.
+            turning: value of `turning_key`, metres.
+        """
+        changed: Any = {"effective_radii": tuple(radii), self.turning_key: turning}
+        wheels: WheelGeometry = replace(cast(Any, self), **changed)
+        return wheels
 
     def check(self) -> None:  # noqa: B027 - most kinds have nothing to check
         """Check the values against each other.
@@ -149,6 +170,7 @@ class Drivetrain(ABC):
             larger than `track` for wheels that skid.
         slides_along_axles: whether driven wheels slide freely along their axles (rollers).
         limits: of speed and acceleration.
+        radii: of the wheel of each encoder, as calibrated, metres: an angle times it was rolled.
     """
 
     kind: ClassVar[str]
@@ -160,8 +182,9 @@ class Drivetrain(ABC):
     track: float = 0.0
     effective_track: float = 0.0
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, wheels: WheelGeometry, limits: Limits) -> None:
         self.limits = limits
+        self.radii = wheels.effective_radii or (wheels.radius,) * self.encoders
 
     @property
     def velocity_axes(self) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, hypot, sin
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,18 +23,39 @@ class OmniWheels(WheelGeometry):
         joints: URDF joints, one for each wheel.
         mounts: contact point of each wheel, base frame; the heading is its driving direction.
         radius: metres.
+        effective_lever: mean lever arm of the wheels about the base, as calibrated, metres; None:
+            that of the mounts.
+        effective_radii: of each wheel, as calibrated, metres.
     """
 
     joints: tuple[str, ...]
     mounts: tuple[Pose2D, ...]
     radius: float
+    effective_lever: float | None = None
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = "effective_lever"
+
+    @property
+    def turning_length(self) -> float:
+        """The mean lever arm of the wheels."""
+        if self.effective_lever is not None:
+            return self.effective_lever
+        return float(np.abs(self._levers).mean())
+
+    @property
+    def _levers(self) -> FloatArray:
+        """(n,) lever arms of the mounts: metres rolled per radian that the base turns."""
+        return np.array([m.x * sin(m.heading) - m.y * cos(m.heading) for m in self.mounts])
 
     @property
     def jacobian(self) -> FloatArray:
         """(n, 3) rolling speed of each wheel, m/s, per unit of linear, lateral, angular speed."""
+        levers = self._levers
+        if self.effective_lever is not None:
+            levers = levers * (self.effective_lever / np.abs(levers).mean())
         return np.array([
-            [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
-            for m in self.mounts
+            [cos(m.heading), sin(m.heading), lever]
+            for m, lever in zip(self.mounts, levers.tolist(), strict=True)
         ])  # fmt: skip
 
     @property
@@ -94,8 +116,8 @@ class Omnidirectional(Drivetrain):
     slides_along_axles = True
 
     def __init__(self, wheels: OmniWheels, limits: Limits) -> None:
-        super().__init__(limits)
         self._wheels = wheels
+        super().__init__(wheels, limits)
 
     def feasible(self, twist: Twist) -> Twist:
         """Every twist is feasible."""
@@ -127,7 +149,7 @@ class Omnidirectional(Drivetrain):
     @property
     def law(self) -> WheelLaw:
         """Jacobian, already in rad/s."""
-        rows = (self._wheels.jacobian / self._wheels.radius).tolist()
+        rows = (self._wheels.jacobian / np.array(self.radii)[:, None]).tolist()
         return WheelLaw(tuple((x, y, turn) for x, y, turn in rows), 1.0, moves_sideways=True)
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from stack.drivetrain.differential import Differential, Wheels, places_on_sides
 from stack.drivetrain.drivetrain import Drivetrain, Length, WheelGeometry
@@ -24,6 +25,7 @@ class SkidWheels(WheelGeometry):
         effective_track: distance between the instantaneous centres of rotation of the left and the
             right side, as calibrated, metres. Odometry and wheel speeds use it.
         icr_offset: position of these centres along x of the base frame, as calibrated, metres.
+        effective_radii: of the left and the right wheels, as calibrated, metres.
     """
 
     left: tuple[str, ...]
@@ -32,6 +34,13 @@ class SkidWheels(WheelGeometry):
     track: float
     effective_track: float
     icr_offset: float = 0.0
+    effective_radii: tuple[float, ...] = ()
+    turning_key: ClassVar[str] = "effective_track"
+
+    @property
+    def turning_length(self) -> float:
+        """The effective track."""
+        return self.effective_track
 
     @property
     def places(self) -> Mapping[str, Pose2D]:
@@ -112,7 +121,10 @@ class SkidSteered(Differential):
 
     def __init__(self, wheels: SkidWheels, limits: Limits) -> None:
         left, right = wheels.left[:1], wheels.right[:1]  # the others of a side turn as the first
-        rolling = Wheels(left, right, wheels.radius, wheels.effective_track)
+        rolling = Wheels(
+            left, right, wheels.radius, wheels.effective_track,
+            effective_radii=wheels.effective_radii,
+        )  # fmt: skip
         super().__init__(rolling, limits)
         self.track, self._icr_offset = wheels.track, wheels.icr_offset
 

@@ -34,7 +34,10 @@ from stack.parameters import suggestion
 from stack.types import FloatArray
 
 GROUP = "treepilot.drivers"
-BUILT_IN = {"emulated": "stack.fast_loop.emulated:Emulated"}
+BUILT_IN = {
+    "emulated": "stack.fast_loop.emulated:Emulated",
+    "mavlink": "robots.mavlink.driver:MavlinkDriver",
+}
 
 
 class DriverCommand:

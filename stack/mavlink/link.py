@@ -25,6 +25,9 @@ from stack.mavlink.transports import Peer, Transport, open_transport
 MakeCodec = Callable[[int, int], Any]
 """make_codec(system, component): a `MAVLink` of the dialect, which packs and parses frames."""
 
+BEGINS = (b"\xfd", b"\xfe")
+"""First bytes of frames of MAVLink 2 and 1; a datagram begins with a frame."""
+
 MAX_SOURCES = 64
 """Systems and components whose sequence numbers are followed."""
 
@@ -174,6 +177,9 @@ class Link:
 
     def _parsed(self, peer: Peer, data: bytes) -> list[Any]:
         stream = self._transport.is_stream
+        if not stream and data[:1] not in BEGINS:  # noise is not worth parsing
+            self.counters.refused += 1
+            return []
         key = peer if stream else None
         codec = self._parsing.get(key)
         if codec is None:

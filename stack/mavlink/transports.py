@@ -28,11 +28,15 @@ PEER_TIMEOUT = 10.0
 BACKLOG = 1 << 16
 """Bytes that a stream keeps for a peer that does not read; then it is disconnected."""
 
-BLOCK = 1 << 16
-MAX_BLOCKS = 64
-"""Blocks that one `receive` reads of one peer, so that a flood cannot hold the caller."""
+BLOCK = 2048
+"""Bytes: the rest of a longer datagram is dropped. A frame has at most 280, and 13 of signature."""
 
-CONNECT_TIMEOUT = 3.0
+MAX_BLOCKS, MAX_BYTES = 64, 1 << 14
+"""That one `receive` reads of one peer, so that a flood cannot hold the caller: the largest number
+of blocks, and the bytes after which it stops."""
+
+CONNECT_TIMEOUT = 0.25
+"""Seconds for which opening a TCP connection may hold the caller."""
 
 Peer = Hashable
 """Identifies the other end to `send`."""
@@ -109,13 +113,17 @@ class UdpTransport(Transport):
         if not _readable(self._socket, timeout):
             return []
         found: list[tuple[Peer, bytes]] = []
+        read = 0
         for _ in range(MAX_BLOCKS):
+            if read >= MAX_BYTES:
+                break
             try:
                 data, place = self._socket.recvfrom(BLOCK)
             except BlockingIOError:
                 break
             except ConnectionError:  # nobody listened to what was sent before
                 continue
+            read += len(data)
             if self._place is not None:
                 if place[0] == self._place[0]:
                     found.append((self._place, data))
@@ -172,7 +180,7 @@ class _Stream:
 
     def read(self) -> Iterator[bytes]:
         """Yield what has come; an empty block at the end of the connection."""
-        for _ in range(MAX_BLOCKS):
+        for _ in range(MAX_BYTES // BLOCK):
             try:
                 data = self.socket.recv(BLOCK)
             except BlockingIOError:

@@ -59,7 +59,7 @@ class Follower(Lifecycle):
         self._timers = Timers()
         self.idle, self._blocked = self._timers.new(), self._timers.new()
         self._obstructed, self._waited = self._timers.new(), self._timers.new()
-        self.standoff = Standoff(task_timers)
+        self.standoff = Standoff(task_timers, tools.landmarks)
         self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot
 
 import numpy as np
 
+from stack.planning.endpoints import xy_text
 from stack.types import Pose2D
 
 Point = tuple[float, float]
@@ -47,8 +48,13 @@ class Landmarks:
         """Return a pose by the name of its place, as in 'dock' (0.60, 2.50)."""
         near = next((n for n, place in self._by_distance(pose.x, pose.y)
                      if place.distance_to(pose) <= AT_PLACE), None)  # fmt: skip
-        position = f"({pose.x:.2f}, {pose.y:.2f})"
-        return position if near is None else f"{near!r} {position}"
+        return xy_text(pose) if near is None else f"{near!r} {xy_text(pose)}"
+
+    def named(self, sentence: str, poses: Iterable[Pose2D]) -> str:
+        """Return a sentence with the names of the poses of which it gives the positions."""
+        for position, name in {xy_text(pose): self.name(pose) for pose in poses}.items():
+            sentence = sentence.replace(position, name)
+        return sentence
 
     def around(self, at: Point) -> str:
         """Return where a point is, as in: between 'west' and 'east'; empty without places near."""

@@ -256,7 +256,7 @@ class CommandHandler:
     def _teleoperation(self) -> Teleoperation:
         """The running assisted_teleop; raise InputError without one."""
         self._refuse_motion_of_recording()
-        if self._mission.state is not MissionState.RUNNING:
+        if self._mission.state is not MissionState.RUNNING and not self.is_on_detour:
             raise InputError(f"the mission is {self._mission.state}")
         running = self._parts.navigator.base.teleoperation
         if running is None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from stack.navigation.landmarks import Landmarks
 from stack.types import Limitation, Pose2D
 
 TOLD_AFTER = 1.0
@@ -53,10 +54,11 @@ class Holdups:
     Args:
         emit: called for each hold-up that lasts.
         period: seconds between steps.
+        landmarks: names of places, for sentences.
     """
 
-    def __init__(self, emit: Emit, period: float) -> None:
-        self._emit, self._period = emit, period
+    def __init__(self, emit: Emit, period: float, landmarks: Landmarks) -> None:
+        self._emit, self._period, self._landmarks = emit, period, landmarks
         self._seconds: defaultdict[tuple[str, str], float] = defaultdict(float)
         self._current: dict[tuple[bool, str], Holdup] = {}
         self._past: deque[Holdup] = deque()
@@ -104,7 +106,7 @@ class Holdups:
         if by_cause[cause] < 0.1 * length:
             return ""
         newest = next(span for _, span in reversed(inside) if span.cause == cause)
-        return f"held {by_cause[cause]:.1f} of {length:.1f} s: {told(newest)}"
+        return f"held {by_cause[cause]:.1f} of {length:.1f} s: {self._told(newest)}"
 
     def _add(self, limitation: Limitation, pose: Pose2D, now: float) -> None:
         effect = "stopped" if limitation.stands else "slower"
@@ -121,7 +123,7 @@ class Holdups:
             holdup.place = there.x, there.y
         if holdup.stands and not holdup.is_told and now - holdup.begin >= TOLD_AFTER:
             holdup.is_told = True
-            self._emit("held", told(holdup), **_fields(holdup))
+            self._emit("held", self._told(holdup), **_fields(holdup))
 
     def _ended(self, holdup: Holdup) -> None:
         if holdup.is_told:
@@ -131,12 +133,11 @@ class Holdups:
         while self._past and self._past[0].last < holdup.last - REMEMBERED:
             self._past.popleft()
 
-
-def told(holdup: Holdup) -> str:
-    """The sentence of a hold-up with its place on the map."""
-    if holdup.place is None:
-        return holdup.text
-    return f"{holdup.text} at ({holdup.place[0]:.1f}, {holdup.place[1]:.1f})"
+    def _told(self, holdup: Holdup) -> str:
+        """The sentence of a hold-up with its place on the map."""
+        if holdup.place is None:
+            return holdup.text
+        return f"{holdup.text} at {self._landmarks.where(holdup.place)}"
 
 
 def _fields(holdup: Holdup) -> dict[str, Any]:

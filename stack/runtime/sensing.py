@@ -53,7 +53,18 @@ class Sensing:
         self.image = next(iter(observation.of(Image).values()), self.image)
         depth = observation.of(DepthImage)
         self.depth_image = next(iter(depth.values()), self.depth_image)
+        observation = self._with_calibrated_gyro(observation)
         return self._own_body.removed(self._parts.perceiver.depth_scans.added_to(observation))
+
+    def _with_calibrated_gyro(self, observation: Observation) -> Observation:
+        """Return the observation with yaw rates as calibrated; logs have them as measured."""
+        described, measured = self._parts.body.description.imu, observation.imu
+        if described is None or measured is None:
+            return observation
+        if described.gyro_scale == 1.0 and described.gyro_offset == 0.0:
+            return observation
+        corrected = described.corrected(measured)
+        return Observation(observation.time, {**observation.measurements, "imu": corrected})
 
     def sensors(self) -> tuple[SensorState, ...]:
         """How often each sensor delivers."""

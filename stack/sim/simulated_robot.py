@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -52,7 +53,8 @@ class SimulatedRobot:
     """Drive, sensors, battery and contacts of one robot, each at its own rate.
 
     Args:
-        description: the robot.
+        description: the robot. Its `actual` one is simulated; commands, odometry and the mounts of
+            measurements are as described.
         world: in which it drives.
         engine: with that world.
         start: pose of the base frame, world frame.
@@ -76,13 +78,14 @@ class SimulatedRobot:
         start: Pose2D, seed: int,
     ) -> None:  # fmt: skip
         self.description, self._world = description, world
+        self._actual = description.actual or description
         self.radius = description.footprint.circumscribed_radius
         self._carrier = RobotShape(start, description.footprint, description.height)
         self._own = {
-            name: engine.own_ranges(description.model, lidar)
-            for name, lidar in description.real_lidars.items()
+            name: engine.own_ranges(self._actual.model, lidar)
+            for name, lidar in self._actual.real_lidars.items()
         }
-        self.physics = engine.add_robot(description, start)
+        self.physics = engine.add_robot(self._actual, start)
         self.cameras = {
             name: Camera(RenderSetup(world, description.model, camera, name), type(engine))
             for name, camera in _cameras(description).items()
@@ -105,7 +108,7 @@ class SimulatedRobot:
                 lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}",
                 self._carrier, self._own[name],
             )
-            for name, lidar in description.real_lidars.items()
+            for name, lidar in self._actual.real_lidars.items()
         }  # fmt: skip
         self._sonars = {
             name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
@@ -121,7 +124,7 @@ class SimulatedRobot:
         self._push: PushMotion | None = None
         self._pushed_at = -inf
         self._friction = FrictionZones(world, self.physics)
-        self._wheel_motion = wheel_motion_of(description, self.physics, seed)
+        self._wheel_motion = wheel_motion_of(self._actual, self.physics, seed)
         self._named: set[str] = set()
         self._silenced: set[str] = set()
         for camera in self.cameras.values():
@@ -356,7 +359,8 @@ class SimulatedRobot:
         self._follow(time, truth)
         if self._trail[0][0] > time - lidar.duration + ROUNDING:
             return  # its first beams are from before the beginning
-        self._measured[name] = lidar.scan(self._trail, scene, step, time)
+        scan = lidar.scan(self._trail, scene, step, time)
+        self._measured[name] = replace(scan, mount=self.description.real_lidars[name].mount)
 
     def _follow(self, time: float, pose: Pose2D) -> None:
         """Add a pose to the trail, and forget those before the longest scan that ends now."""

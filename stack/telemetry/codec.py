@@ -173,6 +173,9 @@ def codec_of(kind: Any) -> Codec:
         return Codec(_encode_array, _decode_array, "array")
     if origin is tuple:
         return _tuple_codec(arms)
+    if origin is list:
+        items = _tuple_codec((arms[0], ...))
+        return Codec(items.encode, lambda values: list(items.decode(values)), items.shape)
     if origin is not None and issubclass(origin, Mapping):
         return _mapping_codec(arms)
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):

@@ -29,7 +29,7 @@ _FIELDS = {
     "text": str,
     "fields": dict,
 }
-
+_REQUIRED = ("number", "time", "kind")
 
 _ADDRESS = re.compile(r"\b0x[0-9a-fA-F]{6,}\b")
 _PATH = re.compile(r"(?<![\w.:/])/(?:[\w.+-]+/)+(?=[\w.+-])")
@@ -87,7 +87,7 @@ def read_events(path: Path) -> Iterator[Event]:
 
 
 def event_of(line: bytes, where: str) -> Event:
-    """The event of a line.
+    """The event of a line. Another version may have written more fields, or fewer.
 
     Raises:
         TelemetryError: it is not an event; names the place `where`.
@@ -96,12 +96,14 @@ def event_of(line: bytes, where: str) -> Event:
         values = json.loads(line)
     except (ValueError, RecursionError) as error:
         raise TelemetryError(f"{where}: not an event: {error}") from None
-    if not isinstance(values, dict) or values.keys() != _FIELDS.keys():
-        raise TelemetryError(f"{where}: not an event: expected the keys {', '.join(_FIELDS)}")
+    if not isinstance(values, dict) or not values.keys() >= {*_REQUIRED}:
+        raise TelemetryError(f"{where}: not an event: expected the keys {', '.join(_REQUIRED)}")
+    values = {"level": "info", **values}
+    known = {name: values.get(name, kind()) for name, kind in _FIELDS.items()}
     for name, kind in _FIELDS.items():
-        if type(values[name]) is not kind:
-            raise TelemetryError(f"{where}: {name}: expected {kind.__name__}, got {values[name]!r}")
-    return Event(**values)
+        if type(known[name]) is not kind:
+            raise TelemetryError(f"{where}: {name}: expected {kind.__name__}, got {known[name]!r}")
+    return Event(**known)
 
 
 def _finite(value: Any) -> Any:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from stack.telemetry.records import RunInfo, Snapshot, TreeRow
 
 STATUS_GLYPH = {"success": "✔", "failure": "✘", "running": "▶", "idle": "·"}
+RERUN_GLYPH = STATUS_GLYPH | {"failure": "✗"}
+"""The font of rerun's viewer lacks the other one, and the viewer without a window then crashes."""
+
 MAX_ROWS = 60
 NOTHING = "-"
 _SPECIAL = str.maketrans({character: "\\" + character for character in "\\`*_[]<>#|$"})
@@ -38,7 +41,7 @@ def tree_markdown(snapshot: Snapshot, info: RunInfo) -> str:
         shown = {"running": f"**{name}**", "failure": f"**{name}**"}.get(row.status, name)
         message = f" *{_plain(row.message)}*" if row.message else ""
         indent = "  " * depth_of[row.id]
-        lines.append(f"{indent}- {STATUS_GLYPH.get(row.status, '?')} {shown}{message}")
+        lines.append(f"{indent}- {RERUN_GLYPH.get(row.status, '?')} {shown}{message}")
     if len(snapshot.tree) > MAX_ROWS:
         lines.append(f"- and {len(snapshot.tree) - MAX_ROWS} more")
     return "\n".join(lines)

@@ -10,13 +10,12 @@ While it runs, the viewer listens on that port of every network interface; rerun
 import argparse
 import subprocess
 import sys
-import sysconfig
 import time
 from pathlib import Path
 
 from rerun.experimental import ViewerClient
 
-from missions.inspection.exchange.rerun_viewer import drawn
+from missions.inspection.exchange.rerun_viewer import drawn, viewer_program
 
 SETTLE = 0.5
 """Seconds between looks at whether the recording is loaded."""
@@ -52,7 +51,7 @@ def main():
     parser.add_argument("--port", type=int, default=19880)
     options = parser.parse_args()
     recording = drawn(options.run)
-    rerun = str(Path(sysconfig.get_path("scripts")) / "rerun")
+    rerun = viewer_program()
     subprocess.run([rerun, "analytics", "disable"], check=True, capture_output=True)
     with ViewerClient.spawn(
         headless=True, port=options.port, hide_welcome_screen=True, executable_path=rerun

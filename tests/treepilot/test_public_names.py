@@ -180,3 +180,14 @@ def test_type_checkers_see_the_names_and_templates_are_typed(tmp_path):
         'error: Module "treepilot" has no attribute "Nothing"  [attr-defined]',
     } == {line.partition(": ")[2] for line in lines}
     assert last.startswith("Found 2 errors in 2 files")
+
+
+def test_a_connection_has_the_members_of_the_asynchronous_one():
+    waiting, blocking = (
+        {name: member for name, member in vars(kind).items() if not name.startswith("_")}
+        for kind in (treepilot.AsyncConnection, treepilot.Connection)
+    )
+    assert sorted(blocking) == sorted(waiting)
+    for name, member in blocking.items():
+        assert member.__doc__ == waiting[name].__doc__
+        assert not inspect.iscoroutinefunction(member)

@@ -14,6 +14,7 @@ from stack.telemetry.records import Command
 from stack.telemetry.snapshots.log import SnapshotLog
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from tests.stack.telemetry.synthetic_run import SyntheticRun
+from tui.drawing.canvas import HALF_BLOCK
 from tui.panes.banner import Banner
 from tui.panes.events_pane import EventsPane
 from tui.panes.map_pane import MapPane
@@ -266,7 +267,7 @@ def test_a_run_that_is_still_written_is_followed(tmp_path, wall):
 
 async def test_health_plots_and_camera_show_a_recorded_run_too(pilot, wall):
     watch(pilot, wall, 2.0)
-    for key, word in (("H", "a recorded run"), ("P", "speed m/s"), ("C", "treepilot runs open")):
+    for key, word in (("H", "a recorded run"), ("P", "speed m/s"), ("C", 20 * chr(HALF_BLOCK))):
         await pilot.press(key)
         await pilot.pause()
         watch(pilot, wall, 0.5)

@@ -1,1 +1,1 @@
-"""`treepilot calibrate`: intrinsics of a camera from pictures of a ChArUco board."""
+"""`treepilot calibrate`: cameras, odometry and the mounts of lidars."""

@@ -22,7 +22,7 @@ BodyOption = Annotated[
 
 WorldOption = Annotated[
     str | None,
-    typer.Option(help="world of a simulated robot: a name or a file [default: small_room]"),
+    typer.Option(help="world of a simulated robot: a name or a file [default: test_floor]"),
 ]
 
 StartOption = Annotated[
@@ -31,7 +31,7 @@ StartOption = Annotated[
 
 SeedOption = Annotated[int, typer.Option(min=0, help="random seed of a simulated robot")]
 
-DEFAULT_WORLD = "small_room"
+DEFAULT_WORLD = "test_floor"
 
 
 @contextmanager

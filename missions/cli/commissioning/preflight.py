@@ -1,6 +1,7 @@
 """`treepilot preflight`: checks a robot before it drives."""
 
 import json as json_text
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -14,7 +15,9 @@ SIGNS = {"passed": "✔", "failed": "✘", "skipped": "·"}
 
 EPILOG = """
 \b
-  treepilot preflight ./my_rover                 all checks
+  treepilot preflight ./my_rover                 all checks; asks before the robot moves
+  treepilot preflight ./my_rover --no-motion     only those for which it stands
+  treepilot preflight ./my_rover --estop         also that of the emergency stop
   treepilot preflight ./my_rover patrol.yaml     with body, world and start of a mission
   treepilot preflight scout --json               for programs
 """
@@ -25,6 +28,13 @@ def preflight(  # noqa: PLR0913 - each is an option of the command
     mission: Annotated[
         str | None, typer.Argument(help="mission file, or the name of a shipped mission")
     ] = None,
+    no_motion: Annotated[
+        bool, typer.Option("--no-motion", help="leave out the checks in which the robot moves")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="move without asking")] = False,
+    estop: Annotated[
+        bool, typer.Option("--estop", help="test the emergency stop: press it when asked")
+    ] = False,
     cameras: Annotated[bool, typer.Option("--cameras", help="check the cameras too")] = False,
     body: BodyOption = "",
     world: WorldOption = None,
@@ -32,7 +42,7 @@ def preflight(  # noqa: PLR0913 - each is an option of the command
     seed: SeedOption = 0,
     json: Annotated[bool, typer.Option("--json", help="print the result as JSON")] = False,
 ) -> None:
-    """Check the sensors, clocks and battery of a robot.
+    """Check sensors, clocks, mounts and stops of a robot.
 
     Each line is a check: ✔ passed, ✘ failed, with the remedy below, or · not made. Exit code 1 if a
     check failed.
@@ -43,7 +53,8 @@ def preflight(  # noqa: PLR0913 - each is an option of the command
 
     with opened(robot, mission, body, world, start, seed) as opened_body:
         made = []
-        for check in checks_of(opened_body, pictures=cameras):
+        asked = None if no_motion else _confirmation(yes=yes, json=json)
+        for check in checks_of(opened_body, asked, pictures=cameras, estop=estop):
             made.append(check)
             if not json:
                 for line in lines_of(check):
@@ -54,6 +65,17 @@ def preflight(  # noqa: PLR0913 - each is an option of the command
     else:
         typer.echo(summary_of(result))
     raise typer.Exit(1 if result.failures else 0)
+
+
+def _confirmation(*, yes: bool, json: bool) -> Callable[[str], bool]:
+    """Return how the operator is asked; without a terminal only --yes confirms."""
+    import sys
+
+    if yes:
+        return lambda _: True
+    if json or not sys.stdin.isatty():
+        return lambda _: False
+    return lambda question: typer.confirm(question, err=True)
 
 
 def lines_of(check: "Check") -> list[str]:

@@ -38,6 +38,14 @@ class Record(StrEnum):
     SENSORS = "sensors"
 
 
+class FirstItem(StrEnum):
+    """Whether the first item of a MAVLink plan is home."""
+
+    AUTO = "auto"
+    ALWAYS = "always"
+    NEVER = "never"
+
+
 class OnLostRecords(StrEnum):
     """What to do when a record cannot be written."""
 
@@ -101,6 +109,13 @@ def run(  # noqa: PLR0913 - each is an option of the command
             " makes a key",
         ),
     ] = None,
+    mavlink_home: Annotated[
+        FirstItem,
+        typer.Option(
+            help="whether the first item of an uploaded plan is home: auto, if it is a waypoint of"
+            " absolute altitude, as MAVProxy and QGroundControl write it"
+        ),
+    ] = FirstItem.AUTO,
     origin: Annotated[
         str | None,
         typer.Option(
@@ -209,8 +224,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
     without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
     options = RunOptions(
         seed=seed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
-        out=out, mavlink=mavlink, mavlink_key=mavlink_key, origin=origin, foxglove=foxglove,
-        camera=camera.value, watch=watch,
+        out=out, mavlink=mavlink, mavlink_key=mavlink_key, mavlink_home=mavlink_home.value,
+        origin=origin, foxglove=foxglove, camera=camera.value, watch=watch,
         renderer=renderer.value if renderer else "",
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),

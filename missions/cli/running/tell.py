@@ -2,9 +2,12 @@
 
 from collections.abc import Callable
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from missions.execution.client.connection import Connection
 
 HELP = """Send a command to a running mission.
 
@@ -22,6 +25,16 @@ reason is printed and the exit code is 1.
     treepilot tell only break "back to the dock"
     treepilot tell only step 5
     treepilot tell only force drive failure --code NO_VALID_PATH
+
+A simulation can be disturbed too; a real robot refuses these:
+
+\b
+    treepilot tell only drop_box
+    treepilot tell only move_door lab --close
+    treepilot tell only push --left 10cm --turn 30deg
+    treepilot tell only lift kitchen
+    treepilot tell only silence_sensor lidar
+    treepilot tell only set_charge 0.15
 """
 
 tell_app = typer.Typer(no_args_is_help=True, help=HELP)
@@ -69,9 +82,7 @@ def goal(context: typer.Context, pose: PoseArgument, wait: Wait = False) -> None
 @tell_app.command(context_settings=MINUS)
 def pose(context: typer.Context, pose: PoseArgument) -> None:
     """Tell the robot where it is."""
-    from missions.execution.client.telling import locate
-
-    _answer(lambda: locate(context.obj, pose))
+    _ask(context, lambda robot: robot.set_pose(pose))
 
 
 @tell_app.command("set")
@@ -152,6 +163,93 @@ def force(
     _send(context, "force", node=node, status=outcome.value, **given)
 
 
+@tell_app.command("drop_box", context_settings=MINUS)
+def drop_box(
+    context: typer.Context,
+    pose: Annotated[
+        str, typer.Argument(metavar="[POSE]", help="as for `goal` [default: before the robot]")
+    ] = "",
+    length: Annotated[str | None, typer.Option(help="e.g. 60cm")] = None,
+    width: Annotated[str | None, typer.Option(help="e.g. 60cm")] = None,
+    height: Annotated[str | None, typer.Option(help="e.g. 1m")] = None,
+) -> None:
+    """Simulation: drop a box before the robot, or at a pose.
+
+    Example: treepilot tell only drop_box 3.2,1.1 --length 80cm
+    """
+    _ask(
+        context,
+        lambda robot: robot.drop_box(pose or None, length=length, width=width, height=height),
+    )
+
+
+@tell_app.command("move_door")
+def move_door(
+    context: typer.Context,
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME]", help="of the door [default: the nearest one]")
+    ] = "",
+    closed: Annotated[
+        bool | None, typer.Option("--close/--open", help="default: the other way than it is")
+    ] = None,
+) -> None:
+    """Simulation: close or open a door.
+
+    Example: treepilot tell only move_door lab --close
+    """
+    _ask(context, lambda robot: robot.move_door(name, closed=closed))
+
+
+@tell_app.command()
+def push(
+    context: typer.Context,
+    forward: Annotated[str, typer.Option(help="e.g. 20cm")] = "0 m",
+    left: Annotated[str, typer.Option(help="e.g. -5cm")] = "0 m",
+    turn: Annotated[str, typer.Option(help="anticlockwise, e.g. 30deg")] = "0 deg",
+) -> None:
+    """Simulation: push the robot.
+
+    Example: treepilot tell only push --left 10cm --turn 30deg
+    """
+    _ask(context, lambda robot: robot.push(forward, left, turn))
+
+
+@tell_app.command(context_settings=MINUS)
+def lift(context: typer.Context, pose: PoseArgument) -> None:
+    """Simulation: lift the robot to a pose.
+
+    Its odometry does not notice.
+
+    Example: treepilot tell only lift kitchen
+    """
+    _ask(context, lambda robot: robot.lift(pose))
+
+
+@tell_app.command("silence_sensor")
+def silence_sensor(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="of the sensor, e.g. lidar")],
+    works: Annotated[bool, typer.Option("--works", help="let it deliver again")] = False,
+) -> None:
+    """Simulation: let a sensor deliver nothing any more.
+
+    Example: treepilot tell only silence_sensor lidar
+    """
+    _ask(context, lambda robot: robot.silence_sensor(name, works=works))
+
+
+@tell_app.command("set_charge")
+def set_charge(
+    context: typer.Context,
+    charge: Annotated[str, typer.Argument(metavar="CHARGE", help="e.g. 0.3 or 30%")],
+) -> None:
+    """Simulation: set the charge of the battery.
+
+    Example: treepilot tell only set_charge 0.15
+    """
+    _ask(context, lambda robot: robot.set_charge(charge))
+
+
 @tell_app.command()
 def nodes(context: typer.Context) -> None:
     """List the nodes with number, status and breakpoint."""
@@ -161,12 +259,18 @@ def nodes(context: typer.Context) -> None:
         typer.echo(line)
 
 
-def _add(kind: str, sentence: str, **arguments: Any) -> None:
+def _add(kind: str, sentence: str, name: str = "", **arguments: Any) -> None:
     """Add a command without arguments of its own."""
 
-    @tell_app.command(kind, help=sentence)
+    @tell_app.command(name or kind, help=sentence)
     def command(context: typer.Context) -> None:
         _send(context, kind, **arguments)
+
+
+def _ask(context: typer.Context, act: "Callable[[Connection], None]") -> None:
+    from missions.execution.client.telling import ask
+
+    _answer(lambda: ask(context.obj, act))
 
 
 def _send(context: typer.Context, kind: str, **arguments: Any) -> None:
@@ -190,6 +294,10 @@ def _answer(command: Callable[[], str]) -> None:
 _add("pause", "Pause the mission; the robot stops.")
 _add("resume", "Resume after a pause, a step or a breakpoint.")
 _add("continue", "Same as resume.")
+_add(
+    "cancel_goal", "End a goal or behaviour; the mission stays paused.",
+    name="cancel",
+)  # fmt: skip
 _add("abort", "Stop the robot and abort the mission.", reason="by the operator")
 _add(
     "estop", "Trigger the emergency stop; `release` resets it, then `resume` continues.",

@@ -140,7 +140,7 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
     grid = map_of(plan)
     perceiver = _perceiver(plan, grid, options, body, telemetry, log)
     now = CurrentStep(Perceived(body.time, perceiver.estimator.estimate))
-    holdups = Holdups(partial(telemetry.emit, source="safety"), loop.period)
+    holdups = Holdups(partial(telemetry.emit, source="safety"), loop.period, landmarks_of(plan))
     failsafes = Failsafes(plan.choices["failsafe"].parameters, telemetry.emit)
     navigator = _navigator(
         plan, perceiver, now, emit, log, holdups.sentence, is_real_time=body.is_real_time

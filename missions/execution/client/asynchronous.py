@@ -10,6 +10,8 @@ from typing import Any, Self
 from missions.execution.client.conversation import Conversation, Wait, await_message
 from missions.execution.client.goals import pose_of
 from stack.errors import NavigationError
+from stack.parameters import declarations
+from stack.runtime.disturbance_commands import DISTURBANCES
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.telemetry.rendezvous import RunHandle
 from stack.types import Pose2D
@@ -89,7 +91,7 @@ class AsyncConnection:
         while (event := await self._asked.next_event(timeout)) is not None:
             yield event
 
-    async def command(self, kind: str, **arguments: Any) -> str:
+    async def command(self, kind: str, /, **arguments: Any) -> str:
         """Send any command; return the engine's answer.
 
         Raises:
@@ -116,17 +118,14 @@ class AsyncConnection:
             NavigationError: the drive fails or is cancelled; `failure` says why.
             TelemetryError: it takes longer than the timeout. The robot drives on.
         """
-        pose = await self._pose_of(goal, y, heading)
-        place = {"x": pose.x, "y": pose.y, "heading": pose.heading}
-        await self._detour("set_goal", place, wait, timeout)
+        await self._detour("set_goal", await self._place(goal, y, heading), wait, timeout)
 
     async def set_pose(
         self, pose: str | Pose2D | float, y: float | None = None,
         heading: float | str | None = None,
     ) -> None:  # fmt: skip
         """Tell the robot where it is; arguments as for `goto`."""
-        at = await self._pose_of(pose, y, heading)
-        await self.command("set_pose", x=at.x, y=at.y, heading=at.heading)
+        await self.command("set_pose", **await self._place(pose, y, heading))
 
     async def run_behaviour(
         self, name: str, given: Mapping[str, Any] = NO_PORTS, /, *, wait: bool = True,
@@ -174,14 +173,76 @@ class AsyncConnection:
         """Reset the emergency stop; the mission is paused then."""
         await self.command("release")
 
+    async def cancel(self) -> None:
+        """End the drive or behaviour of `goto` and `run_behaviour`; the mission stays paused."""
+        await self.command("cancel_goal")
+
     async def speed(self, factor: float) -> None:
         """Let a simulation run at so many simulated seconds per second; 0: as fast as it can."""
         await self.command("speed", factor=float(factor))
 
-    async def _pose_of(
+    async def drop_box(
+        self, place: str | Pose2D | None = None, *, length: float | str | None = None,
+        width: float | str | None = None, height: float | str | None = None,
+    ) -> None:  # fmt: skip
+        """Drop a box into the simulated world.
+
+        This and the following methods disturb a simulation; a real robot refuses them. Numbers are
+        in metres and radians; texts may have units.
+
+        Args:
+            place: a place, a pose or a text such as `3.2, 1.1, 90deg`; None: before the robot.
+            length: of the box; None: 0.4 m.
+            width: None: 0.4 m.
+            height: None: 0.5 m.
+
+        Raises:
+            CommandRefused: the robot is real, or its world does not allow it.
+            ParameterError: a number is wrong.
+        """
+        at = {} if place is None else await self._place(place, None, None)
+        await self._disturb("drop_box", **at, length=length, width=width, height=height)
+
+    async def move_door(self, name: str = "", *, closed: bool | None = None) -> None:
+        """Close or open a door of the simulated world.
+
+        Args:
+            name: of the door; empty: the nearest one.
+            closed: whether it is closed then; None: the other way than it is.
+        """
+        await self._disturb("move_door", name=name, closed=closed)
+
+    async def push(
+        self, forward: float | str = 0.0, left: float | str = 0.0, turn: float | str = 0.0
+    ) -> None:
+        """Push the simulated robot: metres in its own directions; an angle, anticlockwise."""
+        await self._disturb("push_robot", forward=forward, left=left, turn=turn)
+
+    async def lift(
+        self, pose: str | Pose2D | float, y: float | None = None,
+        heading: float | str | None = None,
+    ) -> None:  # fmt: skip
+        """Lift the simulated robot to a pose; its odometry does not notice. Arguments: `goto`."""
+        await self._disturb("lift_robot", **await self._place(pose, y, heading))
+
+    async def silence_sensor(self, name: str, *, works: bool = False) -> None:
+        """Let a simulated sensor deliver nothing any more; `works`: let it deliver again."""
+        await self._disturb("silence_sensor", name=name, works=works)
+
+    async def set_charge(self, charge: float | str) -> None:
+        """Set the charge of the simulated battery, in [0, 1] or a text such as `30 %`."""
+        await self._disturb("set_charge", charge=charge)
+
+    async def _disturb(self, kind: str, **arguments: Any) -> None:
+        known = declarations(DISTURBANCES[kind])
+        given = {name: value for name, value in arguments.items() if value is not None}
+        await self.command(kind, **{name: known[name].read(value) for name, value in given.items()})
+
+    async def _place(
         self, goal: str | Pose2D | float, y: float | None, heading: float | str | None
-    ) -> Pose2D:
-        return pose_of(goal, y, heading, self.info.places, await self.pose)
+    ) -> dict[str, float]:
+        pose = pose_of(goal, y, heading, self.info.places, await self.pose)
+        return {"x": pose.x, "y": pose.y, "heading": pose.heading}
 
     async def _detour(
         self, kind: str, arguments: dict[str, Any], wait: bool, timeout: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from typing import Any
 
@@ -46,10 +46,10 @@ def go(run: str, goal: str, *, wait: bool) -> str:
     return "at the goal" if wait else f"the mission is paused; the robot drives to {goal}"
 
 
-def locate(run: str, pose: str) -> str:
-    """Tell the robot of a run where it is; errors as for `go`."""
+def ask(run: str, act: Callable[[Connection], None]) -> str:
+    """Do something with the robot of a run; errors as for `go`, of `act`, and ParameterError."""
     with Connection(find_run(run), ANSWER_TIMEOUT) as robot:
-        robot.set_pose(pose)
+        act(robot)
     return "done"
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import MISSING, Field, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -89,10 +90,8 @@ def read_facts(folder: Path) -> PlanFacts:
         return PlanFacts()
     known = {}
     for name, codec in field_codecs(PlanFacts).items():
-        try:
+        with suppress(LookupError, TypeError, MalformedError):
             known[name] = codec.decode(noted[name])
-        except (MalformedError, LookupError, TypeError, ValueError, OverflowError):
-            continue
     return PlanFacts(**known)
 
 

@@ -169,7 +169,8 @@ def _run(
         InputError: the input is wrong; nothing has moved.
     """
     settings, missions = request["options"], request["missions"]
-    paths = {key: Path(settings[key]) for key in ("out", "replay") if settings.get(key)}
+    files = ("out", "replay", "mavlink_key")
+    paths = {key: Path(settings[key]) for key in files if settings.get(key)}
     runs = RUNS.absolute()  # a plugin may change the working directory
     options = RunOptions(**{**settings, **paths, "speed": speed_factor(settings["speed"])})
     with ExitStack() as folders:

@@ -88,7 +88,7 @@ def costmap_empty(evidence: Evidence) -> Cause | None:
 def _touched(evidence: Evidence) -> list[Fact]:
     """Return the contacts with things."""
     return [
-        Fact(event.text, event.time, _pair(event.fields["at"]))
+        Fact(event.text, event.time, _pair(event.fields.get("at")))
         for event in evidence.told("contact", evidence.times[0])
         if not event.fields.get("is_person")
     ]

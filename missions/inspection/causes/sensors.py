@@ -129,7 +129,7 @@ def _is_repeated(one: Snapshot, other: Snapshot) -> bool:
 def wrong_stamps(evidence: Evidence) -> Cause | None:
     """Measurements whose stamps do not fit the clock of the robot."""
     report, ages = evidence.story.report, _ages(evidence)
-    dropped = {} if report is None else report.scans_dropped
+    dropped = (report or {}).get("scans_dropped", {})
     lost = [event for event in evidence.told("sensor") if event.fields.get("fault") == "dropped"]
     ahead = -float(ages.min()) if len(ages) else 0.0
     strength = CERTAIN * max(_dropped_share(evidence), share(ahead, LATE))
@@ -197,9 +197,9 @@ def _silent(evidence: Evidence) -> list[Event]:
 def _dropped_share(evidence: Evidence) -> float:
     """Return the share of the scans that came before the failure and could not be used."""
     report, stamps = evidence.story.report, _stamps(evidence)
-    if report is None or not report.scans_dropped:
+    dropped = max((report or {}).get("scans_dropped", {}).values(), default=0)
+    if not dropped:
         return 0.0
-    dropped = max(report.scans_dropped.values())
     used = len(np.unique(stamps[stamps >= evidence.end - RECENT]))
     return share(dropped, dropped + used)
 

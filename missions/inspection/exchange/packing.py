@@ -11,6 +11,7 @@ from pathlib import Path, PurePosixPath
 from missions.execution.records.inputs import REPEATS
 from missions.inspection.run_folders import is_run_folder
 from stack.errors import InputError
+from stack.telemetry.recorder import RunFolder
 
 LARGEST = 20_000_000_000
 """Largest unpacked run, bytes: a small file may stand for an endless one."""
@@ -45,12 +46,15 @@ def pack(folder: Path, target: Path) -> int:
 
 
 def _files(folder: Path) -> list[Path]:
-    """The regular files of a folder, sorted; those of repetitions are left out."""
+    """The regular files of a folder, sorted, without repetitions and what can be drawn again."""
     found = []
     for base, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if name != REPEATS)
         found += [Path(base) / name for name in sorted(names)]
-    return [file for file in found if stat.S_ISREG(file.lstat().st_mode)]
+    drawn = RunFolder(folder).recording
+    return [
+        file for file in found if file.absolute() != drawn and stat.S_ISREG(file.lstat().st_mode)
+    ]
 
 
 def unpack(packed: Path, parent: Path) -> Path:

@@ -8,9 +8,9 @@ import signal
 import socket
 import subprocess
 import sys
-import sysconfig
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - waits for other programs
 
@@ -22,7 +22,7 @@ from missions.inspection.exchange.viewing import (
     tunnel,
 )
 from missions.inspection.run_folders import is_live
-from stack.errors import InputError
+from stack.errors import InputError, TelemetryError
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.snapshots.recording import SnapshotRecording
 
@@ -61,7 +61,7 @@ def show(folder: Path, *, web: bool) -> None:
     if recording is not None:
         _become_viewer([*words, str(recording)], where)
     else:
-        _show_live(folder, words, DATA_PORT if web else _free_port(), where)
+        _show_live(folder, words, DATA_PORT if web else free_port(), where)
 
 
 def drawn(folder: Path) -> Path:
@@ -95,6 +95,7 @@ def follow(folder: Path, url: str, is_open: Callable[[], bool]) -> None:
 
     Raises:
         InputError: the run ended without a snapshot, or writes none, or its records are damaged.
+        TelemetryError: the viewer runs, and does not take the run.
     """
     from stack.telemetry.rerun.recorded import RecordedDrawing
     from stack.telemetry.rerun.recording import ViewerOutput
@@ -106,7 +107,12 @@ def follow(folder: Path, url: str, is_open: Callable[[], bool]) -> None:
         while is_open():
             goes_on = is_live(folder)  # before the last look
             recording.follow()
-            drawing.draw()
+            try:
+                drawing.draw()
+            except TelemetryError:
+                sleep(FOLLOW_PERIOD)  # a viewer that is being closed
+                if is_open():
+                    raise
             if recording.is_complete or not goes_on:
                 return
             sleep(FOLLOW_PERIOD)
@@ -127,11 +133,11 @@ def _begun(folder: Path, is_open: Callable[[], bool]) -> SnapshotRecording:
 
 def _show_live(folder: Path, words: list[str], port: int, where: str) -> None:
     """Start a viewer, show a live run in it, and wait until it is closed."""
-    if _listens(port):
+    if listens(port):
         raise InputError(f"port {port} is in use: close the other viewer")
     with _viewer([*words, "--port", str(port)]) as viewer:
         deadline = monotonic() + ANSWERS_WITHIN
-        while not _listens(port):
+        while not listens(port):
             if viewer.poll() is not None or monotonic() > deadline:
                 raise InputError("rerun's viewer did not start")
             sleep(FOLLOW_PERIOD)
@@ -145,7 +151,7 @@ def _show_live(folder: Path, words: list[str], port: int, where: str) -> None:
 @contextmanager
 def _viewer(words: list[str]) -> Iterator[subprocess.Popen[bytes]]:
     """Run a viewer; a signal to this process ends it too."""
-    program = _program()
+    program = viewer_program()
     print(shlex.join(["rerun", *words]), file=sys.stderr)
     before = signal.signal(signal.SIGTERM, _interrupt)
     try:
@@ -167,7 +173,7 @@ def _viewer(words: list[str]) -> Iterator[subprocess.Popen[bytes]]:
 
 def _become_viewer(words: list[str], where: str) -> None:
     """Replace this process by rerun's viewer."""
-    program = _program()
+    program = viewer_program()
     print(shlex.join(["rerun", *words]))
     print(where, end="", flush=True)
     try:
@@ -182,18 +188,26 @@ def _where(is_local: bool) -> str:
     return f"{led}open {WEB_ADDRESS}\n"
 
 
-def _program() -> str:
-    return str(Path(sysconfig.get_path("scripts")) / "rerun")
+def viewer_program() -> str:
+    """The viewer itself: the script `rerun` starts it as a child, which signals do not reach.
+
+    Raises:
+        InputError: rerun is not installed.
+    """
+    found = find_spec("rerun_cli")
+    if found is None or found.origin is None:
+        raise InputError("rerun's viewer is not installed: pip install rerun-sdk")
+    return str(Path(found.origin).with_name("rerun"))
 
 
-def _free_port() -> int:
+def free_port() -> int:
     """A port of the loopback device that nobody listens on: each viewer has its own."""
     with socket.socket() as probe:
         probe.bind((LOOPBACK, 0))
         return int(probe.getsockname()[1])
 
 
-def _listens(port: int) -> bool:
+def listens(port: int) -> bool:
     """Whether a program listens on a port of the loopback device."""
     with socket.socket() as probe:
         probe.settimeout(1.0)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from typing import Any
 
 import numpy as np
 
@@ -64,6 +65,18 @@ code { font-size: .85rem; background: var(--panel); padding: 1px 4px; border-rad
 .scroll { overflow-x: auto; } details > summary { cursor: pointer; color: var(--dim); }
 """
 
+FIGURES = (
+    ("seed", "{seed}", ("seed",)),
+    ("driven", "{distance_m:.1f} m", ("distance_m",)),
+    ("recoveries, replans", "{recoveries}, {replans}", ("recoveries", "replans")),
+    ("real time", "{real_time_factor:.1f} ×", ("real_time_factor",)),
+    ("contacts", "{collisions} by itself, {pushed_into} against it", ("collisions", "pushed_into")),
+    ("least clearance", "{min_clearance_m:.2f} m", ("min_clearance_m",)),
+    ("localisation error", "mean {mean:.3f} m, max {max:.3f} m", ("mean", "max")),
+    ("event log", "{log_sha256:.16}", ("log_sha256",)),
+)
+"""Figures of a report: label, words, and the fields that they need."""
+
 
 def page_of(stories: Sequence[Story]) -> str:
     """The page about one run, or about several side by side."""
@@ -122,34 +135,27 @@ def _outcome(story: Story) -> str:
     if story.reason:
         sentence += f": {_safe(story.reason)}"
     rows = [("run", story.name), ("robot", f"{story.robot} in {story.world}")]
-    if report is not None:
-        error = report.localisation_error
-        rows += [
-            ("seed", str(report.seed)),
-            ("driven", f"{report.distance_m:.1f} m"),
-            ("recoveries, replans", f"{report.recoveries}, {report.replans}"),
-            ("real time", f"{report.real_time_factor:.1f} ×"),
-        ]
-        if report.collisions is not None:
-            rows.append(
-                ("contacts", f"{report.collisions} by itself, {report.pushed_into} against it")
-            )
-        if report.min_clearance_m is not None:
-            rows.append(("least clearance", f"{report.min_clearance_m:.2f} m"))
-        if error:
-            rows.append(
-                ("localisation error", f"mean {error['mean']:.3f} m, max {error['max']:.3f} m")
-            )
-        held = [
-            f"{effect} {seconds:.1f} s by {cause}"
-            for effect, causes in report.held.items()
-            for cause, seconds in causes.items()
-            if seconds >= 0.5
-        ]
-        if held:
-            rows.append(("held", "; ".join(held)))
-        rows.append(("event log", report.log_sha256[:16]))
+    rows += _figures(report or {})
+    held = [
+        f"{effect} {seconds:.1f} s by {cause}"
+        for effect, causes in (report or {}).get("held", {}).items()
+        for cause, seconds in causes.items()
+        if seconds >= 0.5
+    ]
+    if held:
+        rows.append(("held", "; ".join(held)))
     return f'<p class="lead">{sentence}</p>{causes_html(story)}{_table(rows)}'
+
+
+def _figures(report: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the figures of a report as rows; one that a version did not write has none."""
+    error = report.get("localisation_error") or {}
+    known = {name: value for name, value in {**report, **error}.items() if value is not None}
+    return [
+        (label, words.format_map(known))
+        for label, words, names in FIGURES
+        if all(name in known for name in names)
+    ]
 
 
 def _table(rows: Iterable[tuple[str, str]]) -> str:
@@ -243,7 +249,9 @@ def _settings(story: Story) -> str:
     else:
         parts.append("<p>All parameters have their defaults.</p>")
     if story.report is not None:
-        versions = [(name, version) for name, version in story.report.versions.items()]
-        given = [(f"argument {name}", value) for name, value in story.report.arguments.items()]
-        parts.append(f"<details><summary>versions</summary>{_table([*given, *versions])}</details>")
+        versions, arguments = (story.report.get(name, {}) for name in ("versions", "arguments"))
+        given = [(f"argument {name}", value) for name, value in arguments.items()]
+        parts.append(
+            f"<details><summary>versions</summary>{_table([*given, *versions.items()])}</details>"
+        )
     return "".join(parts)

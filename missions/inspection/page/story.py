@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from missions.execution.records.inputs import COPIES
 from missions.execution.records.plan_facts import PlanFacts, read_facts
-from missions.execution.report import Report, read_report
+from missions.execution.report import read_fields
 from missions.inspection.trace_model import Node, Trace, Tree, read_trace
 from stack.documents.files import YAML_BYTES, read_bytes
 from stack.telemetry.records import Event, Snapshot
@@ -92,7 +92,8 @@ class Story:
         trace: its events and trees.
         samples: figures over time.
         last: the last snapshot.
-        report: None of a run that ended without one.
+        report: what can be read of it (missions/execution/report.py); None of a run that ended
+            without one.
         facts: what was known before it began.
     """
 
@@ -105,7 +106,7 @@ class Story:
     world: str
     places: dict[str, tuple[float, float]]
     footprint: Footprint
-    report: Report | None
+    report: dict[str, Any] | None
     facts: PlanFacts
     _lines: dict[str, list[str]] = field(default_factory=dict)
 
@@ -122,12 +123,12 @@ class Story:
     @property
     def status(self) -> str:
         """Outcome in a word."""
-        return self.report.status if self.report is not None else str(self.last.state)
+        return str((self.report or {}).get("status", self.last.state))
 
     @property
     def reason(self) -> str:
         """Why it ended so; may be empty."""
-        return self.report.reason if self.report is not None else self.last.reason
+        return str((self.report or {}).get("reason", self.last.reason))
 
     @property
     def grid(self) -> OccupancyGrid | None:
@@ -225,7 +226,7 @@ def read_story(folder: Path) -> Story:
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
         {name: (pose.x, pose.y) for name, pose in info.places.items()}, info.footprint,
-        read_report(folder), read_facts(folder),
+        read_fields(folder), read_facts(folder),
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from stack.errors import NavigationError
 from stack.geometry.path_progress import PathProgress
 from stack.lifecycle import Timers
+from stack.navigation.landmarks import Landmarks
 from stack.navigation.parameters import NavigationParameters
 from stack.types import FailureCode, FloatArray, Limitation, Perceived, Pose2D, TrackedObject
 from stack.types.limitations import PERSON, STOPPED
@@ -35,12 +36,14 @@ class Standoff:
 
     Args:
         timers: of the drive: pauses do not count.
+        landmarks: names of places, for the failure.
 
     Attributes:
         person: who is in the way now, map frame; None: nobody.
     """
 
-    def __init__(self, timers: Timers) -> None:
+    def __init__(self, timers: Timers, landmarks: Landmarks) -> None:
+        self._landmarks = landmarks
         self._since, self._away, self._stood = (timers.new() for _ in range(3))
         self._best = inf
         self.person: TrackedObject | None = None
@@ -99,7 +102,7 @@ class Standoff:
             self._best = progress.remaining
         if self._since.elapsed(now) >= parameters.person_patience:
             self._since.reset()
-            raise blocked_by(person, parameters.person_patience)
+            raise blocked_by(person, parameters.person_patience, self._landmarks)
 
     def face(self, person: TrackedObject | None, now: float) -> None:
         """Set the person in the way; None: nobody."""
@@ -139,8 +142,8 @@ def _is_beside(path: FloatArray, track: TrackedObject) -> bool:
     return aside - track.radius <= BESIDE
 
 
-def blocked_by(person: TrackedObject, seconds: float) -> NavigationError:
+def blocked_by(person: TrackedObject, seconds: float, landmarks: Landmarks) -> NavigationError:
     """Return the failure of a drive that a person has blocked for some seconds."""
-    x, y = person.position
-    sentence = f"a person at ({x:.1f}, {y:.1f}) has been in the way for {seconds:.0f} s"
+    where = landmarks.where(person.position)
+    sentence = f"a person has been in the way for {seconds:.0f} s, at {where}"
     return NavigationError(FailureCode.BLOCKED_BY_PERSON, sentence)

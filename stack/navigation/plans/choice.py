@@ -11,6 +11,7 @@ from stack.costmap.route_costs import route_cost
 from stack.geometry.path_progress import PathProgress
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.plans.planner_worker import Plan
+from stack.planning.endpoints import xy_text
 from stack.types import Failure, FailureCode, FloatArray, Path, Pose2D
 
 REPLAN_GAIN = 0.1
@@ -104,8 +105,8 @@ class PlanChoice:
             return plan
         return Failure(
             FailureCode.GOAL_OCCUPIED,
-            f"the nearest reachable pose is {distance:.2f} m away from the goal, "
-            f"the tolerance is {self.tolerance:.2f} m",
+            f"the nearest reachable pose is {distance:.2f} m away from the goal "
+            f"{xy_text(self._goal)}, the tolerance is {self.tolerance:.2f} m",
         )
 
     def is_clearly_better(

@@ -17,7 +17,7 @@ from stack.types import Failure, FailureCode, Pose2D
 def explained(
     failure: Failure, tools: DriveTools, pose: Pose2D, goals: Sequence[Pose2D]
 ) -> Failure:
-    """Return the failure of a plan without a way; an event tells what closes the map's way.
+    """Return the failure of a plan by the names of places; an event tells what closes the way.
 
     Args:
         failure: of the plan.
@@ -25,6 +25,8 @@ def explained(
         pose: the start of the plan, map frame.
         goals: in turn, map frame.
     """
+    marks = tools.landmarks
+    failure = replace(failure, sentence=marks.named(failure.sentence, (pose, *goals)))
     zones = zones_closing(failure, tools.global_costmap, pose, goals)
     if zones:
         verb = "closes" if len(zones) == 1 else "close"
@@ -33,7 +35,7 @@ def explained(
         return replace(failure, sentence=f"{failure.sentence}; {text}")
     if failure.code != FailureCode.NO_VALID_PATH or failure.place is None:
         return failure
-    marks, (x, y), goal = tools.landmarks, failure.place, goals[-1]
+    (x, y), goal = failure.place, goals[-1]
     away = hypot(goal.x - x, goal.y - y)
     why = _closure(tools, pose, goals)
     sentence = (

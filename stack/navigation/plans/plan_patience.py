@@ -69,7 +69,7 @@ class PlanPatience:
             return
         if waited >= p.patience:
             if person is not None and failure.code in CLOSED_BY_PERSON:
-                raise blocked_by(person, p.person_patience)
+                raise blocked_by(person, p.person_patience, self._tools.landmarks)
             raise NavigationError(FailureCode(failure.code), explain(failure).sentence)
 
     def _person_near(self, perceived: Perceived, failure: Failure) -> TrackedObject | None:

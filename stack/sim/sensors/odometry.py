@@ -35,7 +35,7 @@ class Odometry:
         self._random = stream(seed, "odometry")
         self._drivetrain = robot.drivetrain
         self._steering: list[float] = []
-        self._metres_per_tick = self._drawn_scales(noise, robot.wheels.radius)
+        self._metres_per_tick = self._drawn_scales(noise, robot.drivetrain.radii)
         self._ticks: list[int] | None = None
         self._recent: deque[tuple[float, list[float]]] = deque(maxlen=SPEED_WINDOW)
         self._stamp, self._pose = 0.0, Pose2D(0.0, 0.0)
@@ -71,10 +71,10 @@ class Odometry:
         step = self._drivetrain.from_wheels(rolled, slips, self._steering)
         self._stamp, self._pose = time, self._moved_by(step)
 
-    def _drawn_scales(self, noise: OdometryNoise, radius: float) -> list[float]:
+    def _drawn_scales(self, noise: OdometryNoise, radii: Sequence[float]) -> list[float]:
         """Draw the distance per encoder tick that odometry assumes for each wheel, metres."""
         scales = self._random.normal(1.0, noise.scale_error, self._drivetrain.encoders).tolist()
-        return [scale * self._tick * radius for scale in scales]
+        return [scale * self._tick * radius for scale, radius in zip(scales, radii, strict=True)]
 
     def _moved_by(self, step: Pose2D) -> Pose2D:
         """Return the pose after a small displacement, taken along its chord."""

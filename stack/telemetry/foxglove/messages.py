@@ -227,7 +227,7 @@ def log_line(event: Event) -> Log:
     """The sentence of an event."""
     return Log(
         timestamp=stamp_of(event.time),
-        level=_LEVELS[event.level],
+        level=_LEVELS.get(event.level, LogLevel.Info),
         message=event.text,
         name=event.source,
     )

@@ -45,6 +45,11 @@ class Handover:
         self._commands.append(command)
         return True
 
+    @property
+    def waiting(self) -> int:
+        """Number of commands that the engine has not taken yet."""
+        return len(self._commands)
+
     def take_commands(self) -> list[Command]:
         """The commands since the last call, in order."""
         return [self._commands.popleft() for _ in range(len(self._commands))]

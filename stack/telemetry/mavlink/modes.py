@@ -27,6 +27,9 @@ class Mode(IntEnum):
 
 
 SELECTABLE = (Mode.MANUAL, Mode.HOLD, Mode.AUTO, Mode.RTL, Mode.GUIDED)
+TELEOPERATION = "assisted_teleop"
+"""The behaviour of a mission that allows manual control."""
+
 NO_MANUAL = "manual control is refused: the mission runs no assisted_teleop now"
 
 
@@ -163,7 +166,8 @@ class Modes:
         )  # fmt: skip
 
     def _manual(self, snapshot: Snapshot, done: Done) -> None:
-        if snapshot.teleop and not (snapshot.detour or snapshot.detour_held):
+        if any(row.kind == TELEOPERATION and row.status == "running" for row in snapshot.tree):
+            self._plan.suspend()
             self.resume_mission(snapshot, done)
             return
         self._texts.tell(NO_MANUAL)

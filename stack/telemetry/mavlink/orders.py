@@ -26,13 +26,13 @@ class Orders:
 
     Args:
         handover: to the engine's thread.
+        clock: returns wall seconds.
     """
 
-    def __init__(self, handover: Handover) -> None:
-        self._handover, self._count = handover, 0
+    def __init__(self, handover: Handover, clock: Callable[[], float]) -> None:
+        self._handover, self._clock, self._count = handover, clock, 0
         self._open: dict[str, tuple[Done, float]] = {}
         self._later: list[Callable[[], None]] = []
-        self._now = 0.0
 
     def give(self, kind: str, done: Done = ignore, **arguments: Any) -> None:
         """Give a command of the engine; `done` is called once, now or later."""
@@ -41,7 +41,7 @@ class Orders:
         if not self._handover.order(command, urgent=kind == STOP):
             done("too many commands wait for the engine")
             return
-        self._open[command.id] = done, self._now + TIME_LIMIT
+        self._open[command.id] = done, self._clock() + TIME_LIMIT
 
     def chain(self, kinds: list[str], done: Done = ignore) -> None:
         """Give commands without arguments, each after the one before; stop at a refusal."""
@@ -58,13 +58,9 @@ class Orders:
         """Call an action in the next `settle`: a long chain of them needs no deep stack."""
         self._later.append(action)
 
-    def settle(self, now: float) -> None:
-        """Call back for the answers since the last call, and for orders without one for too long.
-
-        Args:
-            now: wall seconds.
-        """
-        self._now = now
+    def settle(self) -> None:
+        """Call back for the new answers, and for orders without one for too long."""
+        now = self._clock()
         due, self._later = self._later, []
         for action in due:
             action()

@@ -14,7 +14,7 @@ LENGTH = 16
 
 CODES = {
     "controller": "CTL", "goal_checker": "GOAL", "progress_checker": "PROG", "planner": "PLAN",
-    "smoother": "SMTH", "navigator": "NAV", "evasion": "EVA", "safety": "SAFE",
+    "smoother": "SMTH", "navigator": "NAV", "evasion": "EVA", "safety": "SAFE", "failsafe": "FS",
     "local_costmap": "LCM", "global_costmap": "GCM", "localisation": "LOC", "odometry": "ODO",
     "depth": "DEP", "cameras": "CAM", "object_detector": "OBJ", "markers": "MRK",
     "place_recognition": "PLC", "tracker": "TRK", "obstacle_memory": "OBST", "loop": "LOOP",

@@ -2,20 +2,22 @@
 
 The link has a thread of its own, so that stations get heartbeats and answers whatever the engine
 does. The engine's thread only hands over snapshots, events and acknowledgements. The thread rests
-REST times as long as it has worked, so that a flood of frames does not slow the loop down.
+REST times as long as it has computed, so that a flood of frames does not slow the loop down.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from threading import Event as Flag
 from threading import Thread
-from time import monotonic  # noqa: TID251 - heartbeats belong to the transport
+from time import monotonic, thread_time  # noqa: TID251 - heartbeats belong to the transport
 from typing import Any
 
 from stack.errors import InputError
 from stack.mavlink.address import read_address
 from stack.mavlink.link import Link, opening_problem
+from stack.mavlink.signing import Signing, read_key, signed_codecs, stamp_file
 from stack.telemetry.mavlink.handover import Handover
 from stack.telemetry.mavlink.vehicle import COMPONENT, SYSTEM, Vehicle
 from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
@@ -26,7 +28,7 @@ SNAPSHOT_PERIOD = 0.05
 CYCLE = 0.01
 """Wall seconds that the thread waits for frames."""
 
-REST, LONGEST_REST = 4.0, 0.2
+REST, LONGEST_REST = 9.0, 0.4
 CLOSING_TIME = 2.0
 """Wall seconds that `close` waits for the thread."""
 
@@ -36,25 +38,31 @@ class MavlinkVehicle:
 
     Args:
         address: udpout:HOST:PORT, udpin:HOST:PORT, tcp:…, tcpin:… or serial:DEVICE[:BAUD].
+        key: file of the key with which all frames are signed; only then may the address listen to
+            other machines. None: frames are not signed.
         home_item: `auto`, `always` or `never`: whether the first item of a plan is home.
         clock: returns wall seconds.
 
     Raises:
         InputError: the address is wrong or not allowed, its port is in use, its host is unknown,
-            its device does not exist, or a library is missing.
+            its device does not exist, the key cannot be used, or a library is missing.
     """
 
     link = "MAVLink"
 
     def __init__(
-        self, address: str, *, home_item: str = "auto",
+        self, address: str, *, key: Path | None = None, home_item: str = "auto",
         clock: Callable[[], float] = monotonic,
     ) -> None:  # fmt: skip
         self._handover, self._clock = Handover(), clock
         self._home_item = home_item
-        read = read_address(address)
+        read = read_address(address, signed=key is not None)
+        self._signing = None if key is None else Signing(read_key(key), store=stamp_file(key))
+        codecs = None if self._signing is None else signed_codecs(self._signing)
         try:
-            self._link = Link(read, system=SYSTEM, component=COMPONENT, clock=clock)
+            self._link = Link(
+                read, system=SYSTEM, component=COMPONENT, make_codec=codecs, clock=clock
+            )
         except OSError as error:
             raise InputError(opening_problem(read, error)) from None
         self._thread: Thread | None = None
@@ -116,19 +124,18 @@ class MavlinkVehicle:
             self._thread.join(CLOSING_TIME)
             self._thread = None
         self._link.close()
+        if self._signing is not None:
+            self._signing.close()
 
     def _run(self, vehicle: Vehicle) -> None:
         """Serve stations until the end of the run."""
         try:
             while not self._ends.is_set():
-                received = self._link.receive(CYCLE)
-                begun = self._clock()
-                for one in received:
-                    vehicle.take(one.message)
+                begun = thread_time()
+                for received in self._link.receive(CYCLE):
+                    vehicle.take(received.message)
                 vehicle.tick()
-                if received:
-                    worked = self._clock() - begun
-                    self._ends.wait(min(REST * worked, LONGEST_REST))
+                self._ends.wait(min(REST * (thread_time() - begun), LONGEST_REST))
             vehicle.tick()
         except Exception as error:  # told by the engine's thread: the event `link_lost`
             self._failure = error

@@ -34,8 +34,8 @@ STREAMS: dict[int, tuple[Make, float]] = {
 }
 """Maker and rate in Hz, by number of the message; rate 0: sent only when a station asks."""
 
-FASTEST = 50.0
-"""Hz: no message is sent more often."""
+FASTEST, LONGEST_PERIOD = 50.0, 1000.0
+"""Hz, and seconds: no message is sent more often, or more rarely."""
 
 _POSITION = (
     mav.MAVLINK_MSG_ID_LOCAL_POSITION_NED, mav.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
@@ -94,7 +94,7 @@ class Streams:
         if microseconds == 0.0:
             self._periods[number] = _period(self._streams[number][1])
         elif microseconds > 0.0:
-            self._periods[number] = max(microseconds * 1e-6, 1.0 / FASTEST)
+            self._periods[number] = min(max(microseconds * 1e-6, 1.0 / FASTEST), LONGEST_PERIOD)
         else:
             self._periods[number] = None
         self._due[number] = 0.0

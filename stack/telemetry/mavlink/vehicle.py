@@ -62,7 +62,7 @@ class Vehicle:
         self._handover, self._clock = handover, clock
         send = self._send = link.send
         texts = self._texts = Texts(send, clock)
-        self._orders = Orders(handover)
+        self._orders = Orders(handover, clock)
         self._geography = Geography(origin)
         check = PlanCheck(self._geography, lambda: handover.snapshot)
         self._plan = PlanRunner(handover, self._orders, check, self._geography, send, texts)
@@ -129,7 +129,7 @@ class Vehicle:
     def tick(self) -> None:
         """Do what is due: answers of the engine, events, heartbeat, streams, resends."""
         now = self._clock()
-        self._orders.settle(now)
+        self._orders.settle()
         for event in self._handover.take_events():
             self._texts.tell_event(event)
             self._plan.take_event(event)

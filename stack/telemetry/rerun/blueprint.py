@@ -9,6 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from stack.telemetry.records import Layer, Snapshot, TreeRow
+from stack.telemetry.snapshots.format import PICTURES
 from stack.telemetry.tree_text import depths
 from stack.types import CostGrid, OccupancyGrid
 
@@ -34,9 +35,17 @@ def main_nodes(rows: tuple[TreeRow, ...]) -> list[TreeRow]:
     return [row for row in rows if row in topmost]
 
 
-def layout(snapshot: Snapshot) -> rrb.Blueprint:
-    """Blueprint with world, camera, tree, states, plots and log."""
-    side = rrb.Vertical(_pictures(snapshot), _tree(), row_shares=[2, 3])
+def pictures_of(snapshot: Snapshot) -> frozenset[str]:
+    """Names of the cameras that have taken a picture."""
+    return frozenset(
+        name for name, field in PICTURES.items() if getattr(snapshot, field) is not None
+    )
+
+
+def layout(snapshot: Snapshot, pictures: frozenset[str]) -> rrb.Blueprint:
+    """Blueprint with world, pictures of these cameras, tree, states, plots and log."""
+    shown = [_picture(name, name.capitalize()) for name in sorted(pictures)]
+    side = rrb.Vertical(*shown, _tree(), row_shares=[*(4 / len(shown) for _ in shown), 6])
     top = rrb.Horizontal(_world(snapshot), side, column_shares=[5, 2])
     curves = rrb.Horizontal(
         _curves("speed", "Speed m/s"),
@@ -77,13 +86,6 @@ def _world(snapshot: Snapshot) -> rrb.Spatial3DView:
         ),
         overrides=overrides,
     )
-
-
-def _pictures(snapshot: Snapshot) -> Any:
-    """The camera's picture; beside it that of the depth camera if there is one in use."""
-    if snapshot.depth_points is None:
-        return _picture("camera", "Camera")
-    return rrb.Vertical(_picture("camera", "Camera"), _picture("depth", "Depth"))
 
 
 def _picture(name: str, title: str) -> rrb.Spatial2DView:

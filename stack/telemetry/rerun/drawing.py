@@ -97,9 +97,9 @@ class RerunDrawing:
         states = {str(state): MISSION_COLOURS[state] for state in MissionState}
         self._states("mission", states)
 
-    def send_blueprint(self, snapshot: Snapshot) -> None:
+    def send_blueprint(self, snapshot: Snapshot, pictures: frozenset[str]) -> None:
         """Send the layout of the views and the viewpoint for this mission."""
-        self._recording.stream.send_blueprint(layout(snapshot))
+        self._recording.stream.send_blueprint(layout(snapshot, pictures))
 
     def event(self, event: Event) -> None:
         """Log the text of an event."""

@@ -12,6 +12,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from stack.errors import TelemetryError
 from stack.telemetry.rerun.blueprint import TIMELINE
 from stack.telemetry.rerun.file import RecordingFile
 
@@ -23,7 +24,7 @@ Instances = Sequence[Any] | NDArray[Any]
 
 UP = (0.0, 0.0, 1.0)
 
-TAKEN_WITHIN = 10.0
+TAKEN_WITHIN = 60.0
 """Wall seconds within which a viewer takes what is sent to it."""
 
 NEVER = timedelta(hours=1)
@@ -61,6 +62,7 @@ class Output(Protocol):
 
         Raises:
             OSError: it cannot be written.
+            TelemetryError: nobody takes it.
         """
 
     def close(self) -> None:
@@ -95,7 +97,7 @@ class FileOutput:
 
 
 class ViewerOutput:
-    """A recording goes to a viewer. What one that is gone does not take is lost without an error.
+    """A recording goes to a viewer.
 
     Args:
         url: of the viewer's server.
@@ -111,8 +113,15 @@ class ViewerOutput:
         stream.connect_grpc(self._url)
 
     def write(self) -> None:
-        """Send everything that was logged; wait for a slow viewer."""
-        self._stream.flush(timeout_sec=TAKEN_WITHIN)
+        """Send everything that was logged.
+
+        Raises:
+            TelemetryError: the viewer is gone, or does not take it.
+        """
+        try:
+            self._stream.flush(timeout_sec=TAKEN_WITHIN)
+        except (RuntimeError, TimeoutError) as error:
+            raise TelemetryError(f"rerun's viewer does not take the run: {error}") from None
 
     def close(self) -> None:
         """Disconnect: `Recording` has done so."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
+from stack.telemetry.rerun.blueprint import pictures_of
 from stack.telemetry.rerun.drawing import RerunDrawing
 from stack.telemetry.rerun.localisation import draw_particles, draw_rivals, draw_scan
 from stack.telemetry.rerun.objects import draw_detections, draw_mask
@@ -32,7 +33,7 @@ class SnapshotDrawing:
     def __init__(self, info: RunInfo, recording: Recording) -> None:
         self._recording = recording
         self._drawing = RerunDrawing(info, recording)
-        self._has_blueprint = False
+        self._views: frozenset[str] | None = None
         self._drawn: dict[str, Any] = {"rivals": (), "detections": (), "goal": None}
         self._versions: dict[str, int] = {}
         self._statuses: dict[int, str] = {}
@@ -59,10 +60,12 @@ class SnapshotDrawing:
         self._draw_plans(snapshot)
         self._draw_layers(snapshot)
         self._draw_tree(snapshot)
-        if not self._has_blueprint:
-            self._has_blueprint = True
+        if self._views is None:
             drawing.held("")
-            drawing.send_blueprint(snapshot)
+        views = pictures_of(snapshot) | (self._views or frozenset())
+        if views != self._views:  # the last layout that is sent is shown, at all times
+            self._views = views
+            drawing.send_blueprint(snapshot, views)
 
     def _is_new(self, name: str, value: Any) -> bool:
         """Whether a value is not the one that was drawn last."""

@@ -1,4 +1,4 @@
-"""`treepilot calibrate`: from picture files to the keys of a robot file, and its errors."""
+"""`treepilot calibrate camera`: from picture files to the keys of a robot file, and its errors."""
 
 import subprocess
 import sys
@@ -27,11 +27,11 @@ def folder(tmp_path_factory):
 
 
 def calibrated(*words):
-    return CliRunner().invoke(app, ["calibrate", *map(str, words)])
+    return CliRunner().invoke(app, ["calibrate", "camera", *map(str, words)])
 
 
 def failure(monkeypatch, capsys, *words):
-    monkeypatch.setattr(sys, "argv", ["treepilot", "calibrate", *map(str, words)])
+    monkeypatch.setattr(sys, "argv", ["treepilot", "calibrate", "camera", *map(str, words)])
     with pytest.raises(SystemExit) as caught:
         main()
     assert caught.value.code == 2

@@ -1,6 +1,7 @@
 """Bodies for tests of commissioning: a simulated scout, and one whose measurements are altered."""
 
 from dataclasses import replace
+from pathlib import Path
 
 from missions.execution.resources import load_robot, load_world
 from robots.scripted import ScriptedBody, scans_of
@@ -8,13 +9,13 @@ from robots.simulated import SimulatedBody
 from stack.body import Body
 from stack.types import Imu, Observation
 
-HERE = __import__("pathlib").Path(__file__).parent
+HERE = Path(__file__).parent
 
 
 def simulated(robot="scout", world="small_room", seed=0, start=None):
-    """A simulated robot in a shipped world."""
+    """A simulated robot, by name or description, in a shipped world."""
     place = load_world(world, HERE)
-    described = load_robot(robot, HERE)
+    described = load_robot(robot, HERE) if isinstance(robot, str) else robot
     return SimulatedBody(described, place, start=start or place.start, seed=seed)
 
 

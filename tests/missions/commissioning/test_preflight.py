@@ -1,11 +1,15 @@
 """Preflight checks: what is wrong is found and named, and nothing else is."""
 
+from dataclasses import replace
+from math import pi
+
 import pytest
 
 import treepilot
 from missions.commissioning.checks import failures
 from missions.commissioning.preflight import preflight
 from stack.errors import BodyError
+from stack.types import STANDSTILL, Pose2D
 from tests.missions.commissioning.bodies import (
     Altered,
     low_battery,
@@ -13,12 +17,13 @@ from tests.missions.commissioning.bodies import (
     scripted,
     silent,
     simulated,
+    turned_gyro,
 )
 
 
-def failed_checks(body):
+def failed_checks(body, confirms=None):
     try:
-        return {check.name: check for check in failures(preflight(body))}
+        return {check.name: check for check in failures(preflight(body, confirms))}
     finally:
         body.close()
 
@@ -44,6 +49,67 @@ def test_a_fault_is_found_and_named(alter, name, found):
     wrong = failed_checks(Altered(simulated(), alter))
     assert set(wrong) == {name}
     assert found in wrong[name].found and wrong[name].remedy
+
+
+@pytest.mark.parametrize("make", [simulated, scripted])
+def test_a_sound_robot_passes_the_checks_with_motion(make):
+    body = make()
+    assert failed_checks(body, lambda _: True) == {}
+
+
+def backwards():
+    """A scout whose lidar is mounted with its plug to the front."""
+    sound = simulated()
+    actual = sound.description
+    sound.close()
+    turned = replace(actual.lidar, mount=Pose2D(0.0, 0.0, pi))
+    return simulated(replace(actual, lidar=turned, actual=actual))
+
+
+def upside_down(name, measured):
+    return replace(measured, ranges=measured.ranges[::-1]) if name == "lidar" else measured
+
+
+def reversed_encoders(name, measured):
+    if name != "wheels":
+        return measured
+    return replace(measured, pose=measured.pose.inverse())
+
+
+@pytest.mark.parametrize(
+    ("make", "wrong"),
+    [
+        (lambda: Altered(simulated(), turned_gyro), {"turn: imu"}),
+        (backwards, {"forward: lidar"}),
+        (lambda: Altered(simulated(), upside_down), {"turn: lidar"}),
+        (lambda: Altered(simulated(), reversed_encoders),
+         {"turn: wheels", "turn: imu", "turn: lidar", "forward: wheels", "forward: lidar"}),
+    ],
+)  # fmt: skip
+def test_a_wrong_sign_is_found_by_a_small_motion(make, wrong):
+    assert set(failed_checks(make(), lambda _: True)) == wrong
+
+
+def test_nothing_moves_without_room_or_confirmation_or_after_a_failure():
+    close = simulated(start=Pose2D(0.3, 0.3, 0.0))
+    assert set(failed_checks(close, lambda _: True)) == {"free space"}
+    for body, confirms in (
+        (scripted(), lambda _: False),
+        (Altered(scripted(), low_battery), lambda _: True),
+    ):
+        made = list(preflight(body, confirms))
+        assert made[-1].name == "motion" and made[-1].outcome == "skipped"
+        inner = getattr(body, "body", body)
+        assert not any(command.twist != STANDSTILL for command in inner.commands)
+
+
+def test_the_emergency_stop_is_waited_for():
+    pressed = scripted()
+    pressed._problems = ((12.0, "emergency stop pressed"),)
+    made = {c.name: c for c in preflight(pressed, lambda _: True, estop=True)}
+    assert made["emergency stop"].outcome == "passed"
+    broken = {c.name: c for c in preflight(scripted(), lambda _: True, estop=True)}
+    assert broken["emergency stop"].outcome == "failed"
 
 
 def test_a_mission_on_a_real_robot_begins_with_the_checks(tmp_path):

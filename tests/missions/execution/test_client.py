@@ -126,5 +126,6 @@ def test_help_lists_every_order_with_a_sentence():
     assert listed.keys() == {
         "pause", "resume", "continue", "step", "break", "unbreak", "force", "abort", "estop",
         "release", "nodes", "goal", "pose", "set", "speed", "behaviour",
+        "cancel", "drop_box", "move_door", "push", "lift", "silence_sensor", "set_charge",
     }  # fmt: skip
     assert str(ROOT) not in text

@@ -216,6 +216,34 @@ def test_tell_takes_goals_poses_parameters_and_behaviours(live):
     assert told(live, "resume")[0] == 0
 
 
+def test_tell_disturbs_a_simulation(live):
+    """What the robot then perceives is that of tests/missions/execution/test_disturbances.py."""
+    with treepilot.connect(live) as robot:
+        assert told(live, "lift", "desk") == (0, "done\n")
+        truth = robot.snapshot.truth
+        assert (truth.x, truth.y) == pytest.approx((2.0, 1.0), abs=0.02)
+        assert told(live, "push", "--left", "-10cm", "--turn", "30deg") == (0, "done\n")
+        assert told(live, "set_charge", "30%") == (0, "done\n")
+        assert robot.snapshot.battery.charge == pytest.approx(0.3, abs=0.01)
+        assert told(live, "silence_sensor", "lidar") == (0, "done\n")
+        assert told(live, "silence_sensor", "lidar", "--works") == (0, "done\n")
+        code, text = told(live, "silence_sensor", "radar")
+        assert (code, "available: lidar" in text) == (1, True)
+        assert told(live, "drop_box", "3.5,1.5", "--length", "30cm") == (0, "done\n")
+        code, text = told(live, "drop_box", "--height", "30 deg")
+        assert (code, "height" in text) == (2, True)
+        code, text = told(live, "move_door", "lab", "--close")
+        assert (code, "door" in text) == (1, True)
+        assert told(live, "goal", "desk")[0] == 0
+        assert told(live, "cancel")[0] == 0
+        ended = next(event for event in robot.events(timeout=10.0) if event.kind == "detour")
+        assert ended.fields["status"] != "success"
+        robot.drop_box(length="20 cm")
+        robot.push(forward=0.05)
+        with pytest.raises(treepilot.ParameterError, match="charge: 7 must be at most 1"):
+            robot.set_charge(7.0)
+
+
 def test_a_frozen_engine_a_dead_one_and_one_that_has_ended(tmp_path):
     with engine(tmp_path / "run") as (process, name):
         with treepilot.connect(name, timeout=1.0) as robot:

@@ -94,3 +94,13 @@ def test_a_world_too_large_for_the_localisation_can_only_be_driven_without_a_map
 
 def test_a_world_of_ten_kilometres_is_refused_at_its_coordinates(tmp_path):
     assert "large.yaml:2:16 error[E201]" in refusal(large(tmp_path, 10_000))
+
+
+@pytest.mark.parametrize("text", ["48.1", "a,b", "nan,11", "91,11", "48,181"])
+def test_an_origin_that_is_no_place_on_earth_is_refused(text):
+    assert "--origin" in refusal(origin=text)
+
+
+def test_an_origin_of_the_command_line_replaces_that_of_the_world():
+    plan = prepare("44_ground_station", RunOptions(origin="-33.9,151.2"))
+    assert (plan.world.origin.latitude, plan.world.origin.longitude) == (-33.9, 151.2)

@@ -8,9 +8,11 @@ import pytest
 
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
+from missions.inspection.exchange.rerun_viewer import drawn
 from stack.telemetry.sinks import Sink
 from stack.telemetry.snapshots.format import SLOW, recorded_fields
 from stack.telemetry.snapshots.recording import SnapshotRecording
+from tests.stack.telemetry.rerun_recording import rerun, rows_by_entity
 
 SECONDS = 10.0
 RATE = 5.0
@@ -61,3 +63,31 @@ def test_a_replay_shows_the_states_poses_and_maps_that_were_published(number, tm
             assert shown.events == live.events
             missed = [one for one in witness.seen if shown.time < one.time <= time]
             assert all(one.state is shown.state for one in missed)
+
+
+@pytest.mark.slow
+def test_pictures_replay_and_rerun_agree(tmp_path):
+    """Of a mission that searches for a red box with its camera."""
+    options, witness = RunOptions(seed=1, out=tmp_path / "run"), Witness()
+    run = Run(prepare("33_find_the_red_box", options), options, [witness])
+    try:
+        while not run.is_over and run.engine.body.time < SECONDS:
+            if run.is_ready():
+                run.step()
+    finally:
+        run.close()
+    taken = {one.image.stamp: one.image for one in witness.seen if one.image is not None}
+    with SnapshotRecording(tmp_path / "run") as recording:
+        shown = {
+            image.stamp: image
+            for number in range(len(recording.times))
+            if (image := recording.snapshot(number).image) is not None
+        }
+    assert 5 <= len(shown) <= SECONDS + 1
+    for stamp, image in shown.items():
+        assert image.camera == taken[stamp].camera
+        assert np.abs(image.pixels.astype(float) - taken[stamp].pixels).mean() < 3.0  # JPEG
+    rerun_file = drawn(tmp_path / "run")
+    assert rows_by_entity(rerun_file)["/world/camera/picture"] == 1 + len(shown)  # and its frame
+    assert rerun("optimize", rerun_file, "-o", tmp_path / "indexed.rrd").returncode == 0
+    assert rerun("verify", tmp_path / "indexed.rrd").returncode == 0

@@ -234,6 +234,16 @@ def test_a_damaged_packed_run_is_refused(tmp_path):
         unpack(file, tmp_path / "runs")
 
 
+def test_a_recording_that_can_be_drawn_again_is_not_packed(tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    for name in ("events.jsonl", "mission.yaml", "mission.rrd"):
+        (folder / name).touch()
+    pack(folder, tmp_path / "run.zip")
+    unpacked = unpack(tmp_path / "run.zip", tmp_path / "elsewhere")
+    assert {file.name for file in unpacked.iterdir()} == {"events.jsonl", "mission.yaml"}
+
+
 def test_packing_does_not_replace_a_file(tmp_path):
     folder = tmp_path / "run"
     folder.mkdir()

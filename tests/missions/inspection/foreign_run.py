@@ -85,8 +85,8 @@ def record(folder: Path) -> tuple[Path, Path]:
     return out, marker
 
 
-def explain(command: str, run: Path, out: Path, packed: Path | None = None) -> tuple[int, str]:
-    """Carry out one of COMMANDS on a run; return the exit code and what it printed.
+def explain(command: str, run: Path, out: Path, packed: Path | None = None) -> tuple[int, str, str]:
+    """Carry out one of COMMANDS on a run; return the exit code, and the texts of both streams.
 
     Args:
         command: of COMMANDS.
@@ -97,7 +97,7 @@ def explain(command: str, run: Path, out: Path, packed: Path | None = None) -> t
     places = {"RUN": str(run), "PARENT": str(run.parent), "NAME": run.name, "ZIP": str(packed)}
     words = [places.get(word, word.replace("OUT", str(out))) for word in COMMANDS[command]]
     done = treepilot(*words)
-    return done.returncode, done.stdout + done.stderr
+    return done.returncode, done.stdout, done.stderr
 
 
 def look_at(run: Path) -> None:

@@ -28,8 +28,8 @@ def test_an_explanation_imports_nothing_that_a_run_brings(command, sent, tmp_pat
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     run, packed, marker = sent
-    code, said = explain(command, run, tmp_path, packed)
-    assert code == (2 if command == NO_DISPLAY else 0), said
+    code, _, refused = explain(command, run, tmp_path, packed)
+    assert code == (2 if command == NO_DISPLAY else 0), refused
     assert not marker.exists()
 
 

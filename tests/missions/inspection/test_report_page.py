@@ -86,7 +86,7 @@ def test_the_page_tells_outcome_cause_and_line(story):
     assert "walk.yaml:13" in text
     assert "navigate_to_pose: {goal: $spot}    # inside the table" in text
     assert "controller.cruise_speed" in text
-    assert story.report.log_sha256[:16] in text
+    assert story.report["log_sha256"][:16] in text
 
 
 @pytest.mark.slow
@@ -97,7 +97,7 @@ def test_the_story_is_that_of_the_run(story):
     assert failing.message
     samples = story.samples
     assert (samples.x[-1], samples.y[-1]) == pytest.approx(
-        tuple(story.report.final_pose["estimate"][axis] for axis in "xy")
+        tuple(story.report["final_pose"]["estimate"][axis] for axis in "xy")
     )
     assert samples.speed.max() <= 0.55  # the mission's cruise speed is 0.5 m/s
     assert samples.error.max() < 0.2

@@ -26,8 +26,8 @@ def emulated(port):
     rovers = []
 
     def start(**settings):
-        rover = EmulatedRover(port, Settings(**settings))
-        thread = threading.Thread(target=rover.run, daemon=True)
+        rover = EmulatedRover(Settings(**settings))
+        thread = threading.Thread(target=rover.run, args=(port,), daemon=True)
         thread.start()
         rovers.append((rover, thread))
         return rover

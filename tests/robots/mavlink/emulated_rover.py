@@ -8,11 +8,12 @@ says so after 2.9 s and stops after 3 s; without heartbeats of MAV_GCS_SYSID it 
 6.5 s, if FS_GCS_ENABLE is set; it never leaves HOLD by itself. The link can delay and lose
 messages, and the rover's clock has an offset and a drift.
 
-    python -m tests.robots.mavlink.emulated_rover udp port      # as a process, until it is killed
+    python -m tests.robots.mavlink.emulated_rover PORT      # as a process, until it is killed
 """
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 import random
 import socket
@@ -25,6 +26,8 @@ from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 from pymavlink.dialects.v20 import all as d
 
 STEP = 0.005
+PX4 = 12
+OFFBOARD = 6 << 16
 MODES = {"MANUAL": 0, "HOLD": 4, "AUTO": 10, "GUIDED": 15, "INITIALISING": 16}
 NAMES = {number: name for name, number in MODES.items()}
 TAKEN_FRAMES = (1, 7, 8, 9)
@@ -40,8 +43,9 @@ class Settings:
     """How the rover and its link behave; times in seconds."""
 
     system: int = 1
-    refuses_mode_for: float = 0.3
-    refuses_arming_for: float = 0.8
+    position_after: float = 0.3
+    refuses_arming: int = 1
+    autopilot: int = 3
     refusal: str = "Arm: AHRS: not using configured AHRS type"
     setpoint_timeout: float = 3.0
     station_timeout: float = 6.5
@@ -67,13 +71,11 @@ class EmulatedRover:
     Its truth is north, east and yaw, metres and radians.
     """
 
-    def __init__(self, port: int, settings: Settings | None = None) -> None:
-        self.settings = settings or Settings()
-        self._station = ("127.0.0.1", port)
+    def __init__(self, settings: Settings | None = None, now=monotonic) -> None:
+        self.settings, self._now = settings or Settings(), now
         self._random = random.Random(self.settings.seed)
         self._mav = d.MAVLink(None, self.settings.system, 1)
         self._mav.robust_parsing = True
-        self._socket: socket.socket | None = None
         self.ended = threading.Event()
         self.silent = False
         self.north = self.east = self.yaw = 0.0
@@ -89,7 +91,7 @@ class EmulatedRover:
     def boot(self) -> None:
         """Start again, as after a loss of power; the place stays."""
         self.boots += 1
-        self._began = monotonic()
+        self._began = self._now()
         self.mode, self.armed = MODES["MANUAL"], False
         self._rates: dict[int, float] = {}
         self._due: dict[int, float] = {}
@@ -99,12 +101,14 @@ class EmulatedRover:
         self._outbox: list = []
         self._count = 0
         self._beat_due = 0.0
+        self._refusals = self.settings.refuses_arming
+        self._last = self._now()
 
     # Time.
 
     @property
     def uptime(self) -> float:
-        return monotonic() - self._began
+        return self._now() - self._began
 
     @property
     def clock(self) -> float:
@@ -123,34 +127,43 @@ class EmulatedRover:
 
     # The loop.
 
-    def run(self) -> None:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as self._socket:
-            self._socket.bind(("127.0.0.1", 0))
-            self._socket.setblocking(False)
-            last = monotonic()
+    def run(self, port: int) -> None:
+        """Talk UDP with a station in real time until `ended` is set."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+            link.bind(("127.0.0.1", 0))
+            link.setblocking(False)
             while not self.ended.is_set():
-                now = monotonic()
-                self._read()
-                self._drive(min(now - last, 0.1))
-                last = now
-                self._stream()
-                self._flush(now)
+                with contextlib.suppress(BlockingIOError, ConnectionError):
+                    while True:
+                        self.take(link.recvfrom(4096)[0])
+                for frame in self.step():
+                    with contextlib.suppress(ConnectionError):
+                        link.sendto(frame, ("127.0.0.1", port))
                 sleep(STEP)
 
-    def _read(self) -> None:
-        while True:
-            try:
-                data, _ = self._socket.recvfrom(4096)
-            except OSError:
-                return
-            if self.silent or self._random.random() < self.settings.loss:
+    def take(self, data: bytes) -> None:
+        """Receive a datagram, if it is not lost."""
+        if self.silent or self._random.random() < self.settings.loss:
+            return
+        for message in self._mav.parse_buffer(data) or []:
+            kind = message.get_type()
+            if getattr(message, "target_system", 0) not in (0, self.settings.system):
                 continue
-            for message in self._mav.parse_buffer(data) or []:
-                kind = message.get_type()
-                self.received[kind] = self.received.get(kind, 0) + 1
-                handler = getattr(self, f"on_{kind.lower()}", None)
-                if handler is not None and kind not in self.settings.never_answers:
-                    handler(message)
+            self.received[kind] = self.received.get(kind, 0) + 1
+            handler = getattr(self, f"on_{kind.lower()}", None)
+            if handler is not None and kind not in self.settings.never_answers:
+                handler(message)
+
+    def step(self) -> list[bytes]:
+        """Drive until now; return the frames that arrive at the station now."""
+        now = self._now()
+        self._drive(min(now - self._last, 0.1))
+        self._last = now
+        self._stream()
+        arrived = []
+        while self._outbox and self._outbox[0][0] <= now:
+            arrived.append(heapq.heappop(self._outbox)[2])
+        return arrived
 
     def send(self, message) -> None:
         settings = self.settings
@@ -162,14 +175,7 @@ class EmulatedRover:
         if settings.jitter:
             delay += self._random.expovariate(1.0 / settings.jitter)
         self._count += 1
-        heapq.heappush(self._outbox, (monotonic() + delay, self._count, frame))
-
-    def _flush(self, now: float) -> None:
-        while self._outbox and self._outbox[0][0] <= now:
-            try:
-                self._socket.sendto(heapq.heappop(self._outbox)[2], self._station)
-            except ConnectionError:
-                pass
+        heapq.heappush(self._outbox, (self._now() + delay, self._count, frame))
 
     # Driving.
 
@@ -178,8 +184,8 @@ class EmulatedRover:
         self.mode = MODES[name]
 
     def _drive(self, dt: float) -> None:
-        s, age = self.settings, monotonic() - self._setpoint_at
-        if self.mode == MODES["GUIDED"] and self.armed and age < inf:
+        s, age = self.settings, self._now() - self._setpoint_at
+        if self.mode in (MODES["GUIDED"], OFFBOARD) and self.armed and age < inf:
             if age > s.setpoint_timeout - 0.1 and not self._warned:
                 self._warned = True
                 self.text("target not received last 3secs, stopping")
@@ -187,7 +193,7 @@ class EmulatedRover:
                 self._setpoint = (0.0, 0.0)
         elif self.mode != MODES["MANUAL"]:
             self._setpoint = (0.0, 0.0)
-        gone = monotonic() - self._station_at
+        gone = self._now() - self._station_at
         if self.armed and s.parameters["FS_GCS_ENABLE"] and gone > s.station_timeout:
             if self.mode == MODES["GUIDED"]:
                 self.text("Radio Failsafe")
@@ -204,18 +210,18 @@ class EmulatedRover:
             self.rolled[side] += (self.speed + sign * self.rate * 0.145) * dt
 
     def on_set_position_target_local_ned(self, m) -> None:
-        self.setpoints.append((monotonic(), m.vx, m.yaw_rate))
+        self.setpoints.append((self._now(), m.vx, m.yaw_rate))
         if m.coordinate_frame not in TAKEN_FRAMES or m.type_mask & 0x1C0 != 0x1C0:
             return  # dropped silently
         if m.type_mask & 0x38 or m.coordinate_frame not in (8, 9):
             return  # positions and world frames are not emulated
-        if self.mode != MODES["GUIDED"]:
+        if self.mode not in (MODES["GUIDED"], OFFBOARD):
             return
         if m.type_mask & 0x800 and m.vx < 0.0:
             self._setpoint = (-m.vx, 1.0)  # turns round and drives forward
         else:
             self._setpoint = (m.vx, 0.0 if m.type_mask & 0x800 else m.yaw_rate)
-        self._setpoint_at, self._warned = monotonic(), False
+        self._setpoint_at, self._warned = self._now(), False
 
     # Services.
 
@@ -232,22 +238,27 @@ class EmulatedRover:
     @property
     def has_position(self) -> bool:
         if self.settings.vision_only:
-            fresh = self.visions and monotonic() - self.visions[-1][0] < 0.3
+            fresh = self.visions and self._now() - self.visions[-1][0] < 0.3
             return bool(self.origin and fresh)
-        return self.uptime > self.settings.refuses_mode_for
+        return self.uptime > self.settings.position_after
 
     def on_heartbeat(self, m) -> None:
         if m.get_srcSystem() == self.settings.parameters["MAV_GCS_SYSID"]:
-            self._station_at = monotonic()
+            self._station_at = self._now()
 
     def on_command_long(self, m) -> None:
         if m.command == 511:
             self._rates[int(m.param1)] = 1e6 / m.param2
             self._due[int(m.param1)] = self.clock
             self.acknowledge(m, 0 if int(m.param1) in self._streams() else 4)
+        elif m.command == 176 and self.settings.autopilot == PX4:
+            streamed = len([at for at, _, _ in self.setpoints if self._now() - at < 1.0]) >= 3
+            accepted = int(m.param1) & 1 and int(m.param2) == 6 and streamed
+            self.mode = OFFBOARD if accepted else self.mode
+            self.acknowledge(m, 0 if accepted else 1)
         elif m.command == 176:
             if int(m.param2) == MODES["GUIDED"] and not self.has_position:
-                self.text("Flight mode change failed: GUIDED requires position")
+                self.text("Mode change to GUIDED failed: requires position")
                 self.acknowledge(m, 4)
             elif int(m.param1) & 1 and int(m.param2) in NAMES:
                 self.mode = int(m.param2)
@@ -255,7 +266,8 @@ class EmulatedRover:
             else:
                 self.acknowledge(m, 4)
         elif m.command == 400:
-            if m.param1 == 1.0 and self.uptime < self.settings.refuses_arming_for:
+            if m.param1 == 1.0 and self._refusals > 0:
+                self._refusals -= 1
                 self.text(self.settings.refusal)
                 self.acknowledge(m, 4)
             else:
@@ -279,11 +291,11 @@ class EmulatedRover:
         self.send(d.MAVLink_gps_global_origin_message(m.latitude, m.longitude, 0))
 
     def on_vision_position_estimate(self, m) -> None:
-        self.visions.append((monotonic(), m.x, m.y, m.yaw, m.reset_counter))
+        self.visions.append((self._now(), m.x, m.y, m.yaw, m.reset_counter))
 
     def on_odometry(self, m) -> None:
         if m.frame_id == 20 and m.child_frame_id == 12:  # others are dropped silently
-            self.visions.append((monotonic(), m.x, m.y, m.q, m.reset_counter))
+            self.visions.append((self._now(), m.x, m.y, m.q, m.reset_counter))
 
     # Streams.
 
@@ -298,7 +310,9 @@ class EmulatedRover:
         if self.uptime >= self._beat_due:
             self._beat_due += 1.0
             flags = 0x01 | (0x80 if self.armed else 0)
-            self.send(d.MAVLink_heartbeat_message(10, 3, flags, self.mode, 4, 3))
+            self.send(
+                d.MAVLink_heartbeat_message(10, self.settings.autopilot, flags, self.mode, 4, 3)
+            )
         now = self.clock
         for number, make in self._streams().items():
             rate = self._rates.get(number, 0.0)
@@ -356,7 +370,7 @@ class EmulatedRover:
             for along, place in ((north, self.north), (east, self.east))
             if abs(along) > 1e-9
         ]
-        return min(ways)
+        return max(0.0, min(ways))
 
     def _obstacles(self) -> None:
         ranges = [self.range_at(n * pi / 36.0) + self._noise(0.01) for n in range(72)]
@@ -380,4 +394,4 @@ class EmulatedRover:
 
 
 if __name__ == "__main__":
-    EmulatedRover(int(sys.argv[2])).run()
+    EmulatedRover().run(int(sys.argv[1]))

@@ -10,7 +10,7 @@ import pytest
 from stack.errors import InputError
 from stack.mavlink.address import MavlinkAddress, read_address
 from stack.mavlink.link import Link, opening_problem
-from stack.mavlink.transports import BACKLOG, MAX_PEERS, PEER_TIMEOUT
+from stack.mavlink.transports import BACKLOG, BLOCK, MAX_BYTES, MAX_PEERS, PEER_TIMEOUT
 
 
 def free_port(kind=socket.SOCK_DGRAM):
@@ -185,3 +185,18 @@ def test_a_file_is_no_serial_device(tmp_path):
     file.write_bytes(b"")
     with pytest.raises((OSError, InputError), match="not a serial device"):
         Link(MavlinkAddress("serial", str(file), 57600), system=1, component=1)
+
+
+def test_a_flood_is_read_in_small_parts(opened):
+    """2 MB wait in the socket; noise that does not begin like a frame is not even parsed."""
+    port = free_port()
+    link = opened(f"udpin:127.0.0.1:{port}")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as flood:
+        for _ in range(1000):
+            flood.sendto(b"\xfd" + bytes(1999), ("127.0.0.1", port))
+        assert sum(len(data) for _, data in link._transport.receive(1.0)) <= MAX_BYTES + BLOCK
+        while link._transport.receive(0.0):
+            pass
+        refused = link.counters.refused
+        flood.sendto(bytes(2000), ("127.0.0.1", port))
+        assert link.receive(1.0) == [] and link.counters.refused == refused + 1

@@ -5,6 +5,7 @@ import pytest
 
 from stack.control.checkers import PoseProgressChecker, PoseProgressParameters
 from stack.errors import NavigationError, ParameterError
+from stack.navigation.landmarks import Landmarks
 from stack.navigation.plans.turning_place import TURNING_DISTANCE
 from stack.streams import stream
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
@@ -205,6 +206,18 @@ def test_planning_failures_end_the_drive_when_patience_is_over(make, code, secon
     assert set(toy.commands) == {STANDSTILL}
 
 
+@pytest.mark.parametrize("call", ["navigate_to", "plan"])
+def test_the_failure_of_a_plan_names_places(make, call):
+    planner = ToyPlanner()
+    occupied = "goal (5.00, 3.00) is in an occupied cell"
+    planner.fails = NavigationError(FailureCode.GOAL_OCCUPIED, occupied)
+    toy = make(planner=planner)
+    toy.navigator.tools.landmarks = Landmarks({"dock": Pose2D(5.0, 3.0)})
+    task = getattr(toy.navigator.base, call)(Pose2D(5.0, 3.0))
+    toy.finish(task)
+    assert task.failure.sentence == "goal 'dock' (5.00, 3.00) is in an occupied cell"
+
+
 def test_a_path_that_opens_in_time_is_driven(make):
     toy = make(planner=failing(FailureCode.NO_VALID_PATH))
     task = toy.navigator.base.navigate_to(Pose2D(5.0, 3.0))
@@ -299,10 +312,12 @@ def test_a_path_that_ends_too_far_from_the_goal_is_none(make):
     near = make(planner=Nearby())
     assert near.finish(near.navigator.base.navigate_to(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
     strict = make(planner=Nearby())
+    strict.navigator.tools.landmarks = Landmarks({"dock": Pose2D(3.0, 3.0)})
     task = strict.navigator.base.navigate_to(Pose2D(3.0, 3.0), tolerance=0.1)
     strict.finish(task)
     assert task.failure.code == FailureCode.GOAL_OCCUPIED
-    assert "0.19 m away from the goal, the tolerance is 0.10 m" in task.failure.sentence
+    told = "0.19 m away from the goal 'dock' (3.00, 3.00), the tolerance is 0.10 m"
+    assert told in task.failure.sentence
 
 
 def test_it_stands_without_a_task(make):

@@ -34,3 +34,11 @@ def test_what_stands_in_a_doorway_is_the_door(x, y, is_door):
 
 def test_without_names_there_are_only_positions():
     assert Landmarks().where((1.0, 2.0)) == "(1.00, 2.00)"
+
+
+def test_positions_of_known_poses_in_a_sentence_get_the_names_of_their_places():
+    sentence = "goal (9.00, 2.00) is in an occupied cell; the nearest free place is (8.40, 2.00)"
+    poses = (Pose2D(1.0, 2.0), Pose2D(9.0, 2.0, 1.0), Pose2D(9.0, 2.0))
+    assert MARKS.named(sentence, poses) == (
+        "goal 'east' (9.00, 2.00) is in an occupied cell; the nearest free place is (8.40, 2.00)"
+    )

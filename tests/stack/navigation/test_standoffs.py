@@ -116,7 +116,7 @@ def test_somebody_who_stands_in_the_way_is_waited_for_and_then_named():
     task = toy.navigator.base.navigate_to(Pose2D(9.0, 0.5))
     assert toy.finish(task) is TaskStatus.FAILED
     assert task.failure.code == FailureCode.BLOCKED_BY_PERSON
-    assert "a person at (5.0, 0.5) has been in the way for 6 s" in task.failure.sentence
+    assert "a person has been in the way for 6 s, at (5.00, 0.50)" in task.failure.sentence
     # 4 m at 0.5 m/s and more, 6 s of patience: without it the drive fails after 1 + 5 s of waiting
     assert toy.world.time > 10.0
 

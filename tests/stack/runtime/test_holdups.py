@@ -4,6 +4,7 @@ from math import pi
 
 import pytest
 
+from stack.navigation.landmarks import Landmarks
 from stack.runtime.holdups import Holdups
 from stack.types import Limitation, Pose2D
 
@@ -15,7 +16,10 @@ SLOW = Limitation("slower", "speed limit", "the speed limit here is 0.20 m/s")
 class Told:
     def __init__(self):
         self.events = []
-        self.holdups = Holdups(lambda kind, text, **fields: self.add(kind, text, fields), PERIOD)
+        marks = Landmarks({"dock": Pose2D(2.0, 2.0)})
+        self.holdups = Holdups(
+            lambda kind, text, **fields: self.add(kind, text, fields), PERIOD, marks
+        )
         self.now = 0.0
 
     def add(self, kind, text, fields):
@@ -39,7 +43,8 @@ def test_an_event_tells_after_a_second_what_holds_the_robot_and_where(told):
     (begun, kind, text, fields), (ended, *end) = told.events
     assert kind == "held"
     assert begun == pytest.approx(3.0, abs=0.06)
-    assert text == "stopped: obstacle 0.5 m ahead at (2.0, 1.5)"  # 0.5 m to the north of (2, 1)
+    # 0.5 m to the north of (2, 1)
+    assert text == "stopped: obstacle 0.5 m ahead at (2.00, 1.50), near 'dock'"
     assert fields["cause"] == "obstacle"
     assert fields["begin"] == pytest.approx(2.0)
     assert fields["place"] == pytest.approx([2.0, 1.5])
@@ -71,7 +76,8 @@ def test_a_failure_quotes_what_held_the_robot_most(told):
     told.pass_time(5.0, AHEAD)
     told.pass_time(2.0)
     sentence = told.holdups.sentence(told.now - 8.0, told.now)
-    assert sentence == "held 5.0 of 8.0 s: stopped: obstacle 0.5 m ahead at (2.0, 1.5)"
+    told_of = "stopped: obstacle 0.5 m ahead at (2.00, 1.50), near 'dock'"
+    assert sentence == f"held 5.0 of 8.0 s: {told_of}"
     assert told.holdups.sentence(told.now - 1.0, told.now) == ""
     assert told.holdups.sentence(0.0, told.now).startswith("held 5.0 of 18.0 s: ")
 

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.errors import InputError
+from stack.mavlink.origin import GeoOrigin
 from stack.sim.worlds.outlines import Rectangle
 from stack.sim.worlds.rasterise import rasterise
 from stack.sim.worlds.world import Dock, Drop, Push, Trigger, Wall, WorldEvent
@@ -366,3 +367,15 @@ def test_contacts_charge_only_a_robot_that_stands_at_them(robot, charged):
     x, y, heading = robot
     dock = Dock(2.0, 0.25, facing=pi / 2)
     assert dock.charges(Pose2D(x, y, radians(heading)), front=0.22) is charged
+
+
+def test_a_world_has_a_place_on_earth(read, findings):
+    assert read(ROOM).origin is None
+    placed = read(
+        f"{ROOM}origin: {{latitude: 48.1, longitude: 11.5, altitude: 500, east: 90 deg}}\n"
+    )
+    assert placed.origin == GeoOrigin(48.1, 11.5, 500.0, pi / 2)
+    (found,) = findings(f"{ROOM}origin: {{latitude: 91, longitude: 11.5}}\n")
+    assert found.startswith("5:20 E201 ") and "85" in found
+    (found,) = findings(f"{ROOM}origin: {{latitude: 48.1, longitud: 11.5}}\n")[:1]
+    assert "longitud" in found

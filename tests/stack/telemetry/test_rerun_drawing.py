@@ -12,7 +12,7 @@ from stack.telemetry.hub import SNAPSHOTS, Telemetry
 from stack.telemetry.outlines import outline, uncertainty_ellipse
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.recording_parameters import RecordingParameters
-from stack.telemetry.records import Layer, MissionState, TreeRow
+from stack.telemetry.records import Event, Layer, MissionState, TreeRow
 from stack.telemetry.rerun.recorded import draw_recorded
 from stack.telemetry.snapshots.log import SnapshotLog
 from stack.telemetry.tree_text import NOTHING, activity, tree_markdown
@@ -161,6 +161,24 @@ def test_a_run_with_little_to_show_is_drawn_too(tmp_path, info, snapshot_at):
     assert rows_by_entity(recording)["/mission"] == 1 + 2  # colours, running, error
 
 
+def test_a_lane_shows_what_held_the_robot(tmp_path, info, snapshot_at):
+    """A person from 2 s on, an obstacle from 3 s on, each told a second later."""
+    told = [
+        (3.0, "held", "person", 2.0), (4.0, "held", "obstacle", 3.0),
+        (5.0, "held_end", "person", 2.0), (7.5, "held_end", "obstacle", 3.0),
+    ]  # fmt: skip
+    events = [
+        Event(n, n, time, "info", "safety", kind, kind, {"cause": cause, "begin": begin})
+        for n, (time, kind, cause, begin) in enumerate(told)
+    ]
+    recording = drawn(tmp_path, info, [snapshot_at(time=8.0)], events)
+    printed = rerun("print", "-vvv", "--entity", "/held", recording).stdout
+    for state in ("held: person", "held: obstacle, person", "held: obstacle"):
+        assert f"[{state}]" in printed
+    # a table of colours for each of four states; person, both, obstacle, nothing, and the begin
+    assert rows_by_entity(recording)["/held"] == 4 + 5
+
+
 def test_rows_are_turned_for_the_screen_and_colours_are_quiet():
     cells = np.array([[0, 100], [-1, 0]], np.int8)
     picture = coloured(cells.view(np.uint8), map_table())
@@ -190,5 +208,5 @@ def test_the_tree_as_text(snapshot_at, info):
         TreeRow(2, 0, "wait", "wait", "running", "2 s"),
     )
     text = tree_markdown(snapshot_at(tree=rows), info)
-    assert "- ▶ **Patrol**\n  - ✘ **go\\_to \\*dock\\*** *no way*\n  - ▶ **wait** *2 s*" in text
+    assert "- ▶ **Patrol**\n  - ✗ **go\\_to \\*dock\\*** *no way*\n  - ▶ **wait** *2 s*" in text
     assert activity(rows) == "wait" and activity(()) == NOTHING

@@ -12,6 +12,7 @@ import zstandard
 from mcap.stream_reader import StreamReader
 
 from stack.errors import InputError
+from stack.telemetry.codec import MalformedError
 from stack.telemetry.hub import SNAPSHOTS, Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.recording_parameters import RecordingParameters
@@ -19,8 +20,10 @@ from stack.telemetry.records import Layer, MissionState, RecordFull
 from stack.telemetry.snapshots import mcap_file
 from stack.telemetry.snapshots.format import BEAMS, SLOW, UNRECORDED, recorded_fields
 from stack.telemetry.snapshots.log import SnapshotLog
+from stack.telemetry.snapshots.picture_codes import EncodedPicture, decoded_depth, encoded
 from stack.telemetry.snapshots.recording import SnapshotRecording
-from stack.types import CostGrid, Pose2D
+from stack.types import CameraModel, CostGrid, DepthImage, Pose2D
+from tests.stack.perception.cameras.pictures import floor_picture
 from tests.stack.telemetry.synthetic_run import SyntheticRun
 
 STEP = 0.05
@@ -130,6 +133,52 @@ def test_a_replay_knows_the_events(recorded, opened):
     assert recording.events(2, 4)[0].fields["step"] == 74
     half = recording.snapshot(recording.index_at(10.0))  # steps 0 to 200
     assert len(half.events) == 6
+
+
+def test_pictures_are_recorded_once_a_second_with_their_camera(tmp_path, opened):
+    run = SyntheticRun()
+    log = SnapshotLog(tmp_path / SNAPSHOTS, RecordingParameters())
+    log.open(run.info())
+    live = []
+    for n in range(30):  # 6 s at 5 Hz, a new picture in each; the camera is turned at 3 s
+        taken = run.image_from(Pose2D(1.0, 1.0, 0.1 * n), 0.2 * n)
+        taken = replace(taken, camera=replace(taken.camera, yaw=0.5 * (n >= 15)))
+        live.append(replace(
+            run.snapshot_at(0.2 * n), image=taken, depth_image=floor_picture(0.2 * n, n)
+        ))  # fmt: skip
+        log.snapshot(live[-1])
+    log.close(None)
+    recording = opened(tmp_path)
+    for number in Random(4).sample(range(30), 12):
+        shown, then = recording.snapshot(number), live[5 * (number // 5)]
+        assert shown.image.stamp == shown.depth_image.stamp == then.time
+        assert shown.image.camera == then.image.camera
+        error = shown.image.pixels.astype(float) - then.image.pixels
+        assert np.abs(error).mean() < 3.0  # JPEG of quality 80
+        assert np.allclose(shown.depth_image.depth, then.depth_image.depth, atol=6e-4,
+                           equal_nan=True)  # fmt: skip
+        assert shown.depth_image.range_max == then.depth_image.range_max
+    assert recording.snapshot(3, whole=False).image is None
+    with (tmp_path / SNAPSHOTS).open("rb") as file:
+        records = list(StreamReader(file).records)
+    names = {one.id: one.topic for one in records if type(one).__name__ == "Channel"}
+    topics = [names[one.channel_id] for one in records if type(one).__name__ == "Message"]
+    assert topics.count("/pictures/camera") == topics.count("/pictures/depth") == 6
+    assert (topics.count("/cameras/camera"), topics.count("/cameras/depth")) == (2, 1)
+
+
+def test_a_depth_picture_keeps_what_is_invalid_and_what_has_no_return():
+    depth = np.array([[np.nan, np.inf, 0.3], [1.2345, 64.9, 70.0]], np.float32)
+    camera = CameraModel(3, 2, 2.0, (0.0, 0.0, 0.0))
+    image = DepthImage(1.0, depth, camera, 0.1, 80.0)
+    found = decoded_depth(encoded(image), camera)
+    # millimetres in 16 bits; what is farther than 65 m is 65 m
+    wanted = [[np.nan, np.inf, 0.3], [1.234, 64.9, 65.0]]
+    assert np.allclose(found.depth, wanted, atol=6e-4, equal_nan=True)
+    with pytest.raises(MalformedError):
+        decoded_depth(encoded(image), replace(camera, width=4))
+    with pytest.raises(MalformedError):
+        decoded_depth(EncodedPicture(1.0, b"no picture"), camera)
 
 
 def test_every_field_has_a_place():

@@ -33,12 +33,12 @@ class Rig:
         sent: messages of the vehicle, oldest first.
         orders: commands that the engine has got: (kind, arguments).
         refuse: reason with which the engine refuses a kind of command.
-        is_slow: the engine does not answer.
+        is_slow: the engine does not answer: its orders stay in `waiting`.
     """
 
     def __init__(self, clock, **options):
         self.clock, self.sent, self.orders, self.refuse = clock, [], [], {}
-        self.is_slow, self._waiting, self._events = False, [], 0
+        self.is_slow, self.waiting, self._events = False, [], 0
         self.handover = Handover()
         self.vehicle = Vehicle(
             self.handover, self, clock, **({"origin": ORIGIN, "identity": "00ff"} | options)
@@ -72,9 +72,9 @@ class Rig:
         """Let wall time pass in steps of 10 ms; the engine answers in between."""
         for _ in range(max(2, round(seconds * 100))):
             self.clock.now += 0.01 if seconds else 0.0
-            self._waiting += self.handover.take_commands()
-            while self._waiting and not self.is_slow:
-                command = self._waiting.pop(0)
+            self.waiting += self.handover.take_commands()
+            while self.waiting and not self.is_slow:
+                command = self.waiting.pop(0)
                 self.orders.append((command.kind, dict(command.arguments)))
                 why = self.refuse.get(command.kind, "")
                 self.handover.acks.append(Ack(command.id, not why, why))

@@ -1,4 +1,4 @@
-"""Printer of `treepilot calibrate`: the report, and the keys for a robot file."""
+"""Printer of `treepilot calibrate camera`: the report, and the keys for a robot file."""
 
 from collections.abc import Sequence
 from math import degrees
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from stack.perception.camera.board import Board
     from stack.perception.camera.calibration import Calibration
 
-HEADER = "# treepilot calibrate"
+HEADER = "# treepilot calibrate camera"
 """Begin of a written file, by which it may be replaced."""
 
 LITTLE_COVERAGE, LITTLE_REACH = 0.6, 0.85
