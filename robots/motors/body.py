@@ -9,10 +9,10 @@ import numpy as np
 
 from robots.motors.odometry import EncoderOdometry
 from robots.motors.parameters import WheelsParameters
+from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
     DEAD_MAN,
     FAST_LOOP,
-    HEALTHY,
     MOTOR,
     Body,
     BodyCommand,
@@ -30,6 +30,7 @@ from stack.drivetrain.wheel_loop import (
 )
 from stack.errors import BodyError
 from stack.fast_loop.client import FastLoop, LoopSetup
+from stack.sim.pace import Pace
 from stack.types import LoopStatistics, Observation
 
 TORQUE_OFF = 2.0
@@ -59,9 +60,14 @@ class WheelsBody(Body, FastLoopBody):
         )
         self._odometry = EncoderOdometry(description.drivetrain, description.wheels.radius)
         self._is_stopped = False
-        self._began = self._due = monotonic()
+        self._began, self._pace = monotonic(), Pace(1.0)
         self._read = 0
         self._await_feedback()
+        try:
+            self._sensors = SensorReaders(description)
+        except BaseException:
+            self.loop.close()
+            raise
 
     @property
     def description(self) -> RobotDescription:
@@ -84,7 +90,7 @@ class WheelsBody(Body, FastLoopBody):
         return self.loop.statistics()
 
     def sense(self) -> Observation:
-        """Return the wheels' odometry, at the time of its measurement.
+        """Return the wheels' odometry, at the time of its measurement, and what sensors measured.
 
         While the loop is silent the last pose stands for the present one.
 
@@ -97,7 +103,9 @@ class WheelsBody(Body, FastLoopBody):
         self._update()
         if self._odometry.reading is wheels:
             self._odometry.reading = replace(wheels, stamp=self.time)
-        return Observation(self._odometry.reading.stamp, {"wheels": self._odometry.reading})
+        time = self._odometry.reading.stamp
+        measured = self._sensors.take(self._began, self._began + time)
+        return Observation(time, {"wheels": self._odometry.reading, **measured})
 
     def command(self, command: BodyCommand) -> None:
         """Hand over the velocity; the loop limits it, and stops without a new one for 0.3 s."""
@@ -107,20 +115,28 @@ class WheelsBody(Body, FastLoopBody):
         self.loop.command(command.twist)
 
     def wait(self, period: float) -> None:
-        """Sleep until a period after the last step was due; a late step delays the next ones."""
-        self._due = max(self._due + period, monotonic())
-        sleep(max(0.0, self._due - monotonic()))
+        """Sleep until the next control period begins."""
+        self._pace.advance(period)
+        self._pace.rest()
+
+    @property
+    def slept(self) -> float:
+        """Wall seconds that `wait` has slept so far."""
+        return self._pace.slept
 
     @property
     def health(self) -> BodyHealth:
         """A fast loop that is frozen or has ended, or what its driver reports."""
         if problem := self.loop.problem:
             return BodyHealth(problem, FAST_LOOP)
-        return BodyHealth(fault, MOTOR) if (fault := self.loop.fault) else HEALTHY
+        if fault := self.loop.fault:
+            return BodyHealth(fault, MOTOR)
+        return BodyHealth(self._sensors.problem)
 
     def close(self) -> None:
         """Stop the robot, release the wheels and end the loop. Safe to call twice."""
         self.loop.close()
+        self._sensors.close()
 
     def _await_feedback(self) -> None:
         limit = monotonic() + FIRST_FEEDBACK

@@ -263,6 +263,7 @@ class RobotDescription:
         depth_cameras: by name. One with a `scan` is a lidar as well, called NAME_scan.
         body: which body drives it unless the command line says otherwise.
         body_parameters: of that body, as raw values.
+        sensor_drivers: of real sensors, by sensor name: name of the driver and raw parameters.
         model: the URDF that the simulation loads: its root is the base frame, its meshes are named
             by absolute paths.
         warnings: about the robot file and the URDF.
@@ -291,6 +292,7 @@ class RobotDescription:
     model: str = ""
     warnings: tuple[Finding, ...] = ()
     body_parameters: Mapping[str, Any] = field(default_factory=dict)
+    sensor_drivers: Mapping[str, tuple[str, Mapping[str, Any]]] = field(default_factory=dict)
     actual: RobotDescription | None = None
     wheel_control: WheelGains = NO_GAINS
 
