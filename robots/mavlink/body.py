@@ -253,6 +253,11 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
         self._pace.advance(period)
         self._pace.rest()
 
+    @property
+    def slept(self) -> float:
+        """Wall seconds that `wait` has slept so far."""
+        return self._pace.slept
+
     def close(self) -> None:
         """Stop and disarm the rover, and disconnect. Safe to call twice."""
         self._link.close()

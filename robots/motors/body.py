@@ -30,6 +30,7 @@ from stack.drivetrain.wheel_loop import (
 )
 from stack.errors import BodyError
 from stack.fast_loop.client import FastLoop, LoopSetup
+from stack.sim.pace import Pace
 from stack.types import LoopStatistics, Observation
 
 TORQUE_OFF = 2.0
@@ -59,10 +60,14 @@ class WheelsBody(Body, FastLoopBody):
         )
         self._odometry = EncoderOdometry(description.drivetrain, description.wheels.radius)
         self._is_stopped = False
-        self._began = self._due = monotonic()
+        self._began, self._pace = monotonic(), Pace(1.0)
         self._read = 0
         self._await_feedback()
-        self._sensors = SensorReaders(description)
+        try:
+            self._sensors = SensorReaders(description)
+        except BaseException:
+            self.loop.close()
+            raise
 
     @property
     def description(self) -> RobotDescription:
@@ -110,9 +115,14 @@ class WheelsBody(Body, FastLoopBody):
         self.loop.command(command.twist)
 
     def wait(self, period: float) -> None:
-        """Sleep until a period after the last step was due; a late step delays the next ones."""
-        self._due = max(self._due + period, monotonic())
-        sleep(max(0.0, self._due - monotonic()))
+        """Sleep until the next control period begins."""
+        self._pace.advance(period)
+        self._pace.rest()
+
+    @property
+    def slept(self) -> float:
+        """Wall seconds that `wait` has slept so far."""
+        return self._pace.slept
 
     @property
     def health(self) -> BodyHealth:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import missions
+from robots.bodies import chosen_body
 from robots.load import read_robot
 from robots.motors.odometry import EncoderOdometry
 from stack.drivetrain.ackermann import SteeredWheels
@@ -33,13 +34,23 @@ def test_a_mission_drives_emulated_wheels_through_a_fast_loop(tmp_path):
         "mission: ahead\nformat: 1\nrobot: ./robot.yaml\nworld: small_room\n"
         "localisation: dead_reckoning\nrun: {drive_on_heading: {distance: 0.1 m}}\n"
     )
-    report = missions.run(file, seed=0)
+    made = []
+
+    def make(setup):
+        made.append(chosen_body(setup.robot, "")(setup))
+        return made[0]
+
+    report = missions.run(file, seed=0, body=make)
     assert (report.status, report.final_pose["truth"]) == ("success", None)
     assert report.distance_m == pytest.approx(0.1, abs=0.03)
     timing = report.fast_loop
     assert timing["rate"] == 500.0
     assert timing["cycles"] + timing["overruns"] >= 500.0 * 0.5 * report.simulated_seconds
     assert 0.0 < timing["late_median"] <= timing["late_worst"]
+    # The periods that the body sleeps are no compute time of the stage.
+    computed = report.stages["body"]["mean_ms"] * 1e-3 * report.stages["body"]["count"]
+    assert computed + made[0].slept <= report.simulated_seconds + 0.1
+    assert made[0].slept > 0.0
 
 
 @pytest.mark.parametrize(
