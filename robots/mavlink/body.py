@@ -17,8 +17,8 @@ from robots.mavlink.loop_link import LoopLink
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
 from robots.mavlink.rover_link import Phase
+from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
-    HEALTHY,
     AcceptsEstimate,
     Body,
     BodyCommand,
@@ -84,6 +84,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         self.checks: list[Check] = []
         self._last: PoseEstimate | None = None
         self._resets = 0
+        self._sensors = SensorReaders(description)
         self._link = LoopLink(description, parameters)
         try:
             if parameters.estimate != "none":
@@ -184,7 +185,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         if stamp is not None and monotonic() - stamp > OLDEST_ODOMETRY:
             source = self._measurements.source
             return BodyHealth(f"no odometry from the rover: {source} does not come")
-        return HEALTHY
+        return BodyHealth(self._sensors.problem)
 
     def sense(self) -> Observation:
         """Return the measurements since the last call; odometry always, for this time."""
@@ -197,6 +198,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
             if shifted is not None and shifted.stamp > self._seen.get(name, 0.0):
                 self._seen[name] = shifted.stamp
                 found[name] = shifted
+        found |= self._sensors.take(self._began, now)
         odometry = self._measurements.odometry
         odometry.stands = now - self._stood_since > STOOD_FOR
         found["wheels"] = replace(odometry.at(now), stamp=time)
@@ -248,6 +250,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
     def close(self) -> None:
         """Stop and disarm the rover, and disconnect. Safe to call twice."""
         self._link.close()
+        self._sensors.close()
 
 
 def _check_fit(robot: RobotDescription, parameters: MavlinkParameters) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 
 from robots.motors.odometry import EncoderOdometry
 from robots.motors.parameters import WheelsParameters
+from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
     DEAD_MAN,
     FAST_LOOP,
-    HEALTHY,
     MOTOR,
     Body,
     BodyCommand,
@@ -53,7 +53,7 @@ class WheelsBody(Body, FastLoopBody):
     def __init__(self, description: RobotDescription, parameters: WheelsParameters) -> None:
         self._description = description
         name, values = parameters.named_driver
-        plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, parameters.gains)
+        plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, description.wheel_control)
         self.loop = FastLoop(
             LoopSetup(plan, name, values, parameters.rate, parameters.opens_within)
         )
@@ -62,6 +62,7 @@ class WheelsBody(Body, FastLoopBody):
         self._began = self._due = monotonic()
         self._read = 0
         self._await_feedback()
+        self._sensors = SensorReaders(description)
 
     @property
     def description(self) -> RobotDescription:
@@ -84,7 +85,7 @@ class WheelsBody(Body, FastLoopBody):
         return self.loop.statistics()
 
     def sense(self) -> Observation:
-        """Return the wheels' odometry, at the time of its measurement.
+        """Return the wheels' odometry, at the time of its measurement, and what sensors measured.
 
         While the loop is silent the last pose stands for the present one.
 
@@ -97,7 +98,9 @@ class WheelsBody(Body, FastLoopBody):
         self._update()
         if self._odometry.reading is wheels:
             self._odometry.reading = replace(wheels, stamp=self.time)
-        return Observation(self._odometry.reading.stamp, {"wheels": self._odometry.reading})
+        time = self._odometry.reading.stamp
+        measured = self._sensors.take(self._began, self._began + time)
+        return Observation(time, {"wheels": self._odometry.reading, **measured})
 
     def command(self, command: BodyCommand) -> None:
         """Hand over the velocity; the loop limits it, and stops without a new one for 0.3 s."""
@@ -116,11 +119,14 @@ class WheelsBody(Body, FastLoopBody):
         """A fast loop that is frozen or has ended, or what its driver reports."""
         if problem := self.loop.problem:
             return BodyHealth(problem, FAST_LOOP)
-        return BodyHealth(fault, MOTOR) if (fault := self.loop.fault) else HEALTHY
+        if fault := self.loop.fault:
+            return BodyHealth(fault, MOTOR)
+        return BodyHealth(self._sensors.problem)
 
     def close(self) -> None:
         """Stop the robot, release the wheels and end the loop. Safe to call twice."""
         self.loop.close()
+        self._sensors.close()
 
     def _await_feedback(self) -> None:
         limit = monotonic() + FIRST_FEEDBACK

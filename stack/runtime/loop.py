@@ -135,7 +135,8 @@ class Runtime:
                 contact=wanted.contact,
             )  # fmt: skip
         now = p.body.time
-        p.holdups.update(self._holding(), perceived.estimate.pose, now)
+        kept = self.command.twist.share_of(wanted.twist)
+        p.holdups.update(self._holding(), perceived.estimate.pose, now, kept)
         p.body.command(
             BodyCommand(
                 self.command.twist,

@@ -12,6 +12,7 @@ from missions.execution.repeat import first_difference
 from missions.inspection.causes.html import causes_html
 from missions.inspection.page.figures import RUN_COLOURS, map_figure, plot, timeline
 from missions.inspection.page.story import Failing, Story
+from stack.runtime.holdups import held_seconds
 from stack.telemetry.records import ROUTINE
 from stack.types.printable import printable
 
@@ -138,9 +139,8 @@ def _outcome(story: Story) -> str:
     rows += _figures(report or {})
     held = [
         f"{effect} {seconds:.1f} s by {cause}"
-        for effect, causes in (report or {}).get("held", {}).items()
+        for effect, causes in held_seconds(story.events, story.end).items()
         for cause, seconds in causes.items()
-        if seconds >= 0.5
     ]
     if held:
         rows.append(("held", "; ".join(held)))

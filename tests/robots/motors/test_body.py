@@ -49,7 +49,6 @@ def test_a_mission_drives_emulated_wheels_through_a_fast_loop(tmp_path):
         ("{use: wheels, driver: {use: emulated, lagg: 1 ms}}", "lagg"),
         ("{use: wheels, driver: {lag: 1 ms}}", "expected a name, or a mapping with `use`"),
         ("{use: wheels, rate: 5 kHz}", "rate"),
-        ("{use: wheels, gains: {p: -1.0}}", "gains"),
     ],
 )
 def test_a_wrong_body_is_an_error_in_the_robot_file(tmp_path, body, sentence):

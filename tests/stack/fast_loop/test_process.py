@@ -24,7 +24,7 @@ from stack.drivetrain.wheel_loop import (
 from stack.errors import BodyError, InputError, ParameterError
 from stack.fast_loop.client import SILENT, FastLoop, LoopSetup
 from stack.types import Twist
-from tests.benchmarks.dead_man import SCOUT, SPEED, STIFF, stop_after
+from tests.benchmarks.dead_man import SCOUT, SPEED, STIFF, stops_after
 
 pytestmark = pytest.mark.xdist_group("fast_loop")
 
@@ -74,7 +74,7 @@ def test_the_wheels_stand_when_the_brain_is_gone(number, deceleration):
 
     0.05 s are for the lag of the wheels, two cycles, and the end of a killed process.
     """
-    stop = stop_after(number, deceleration)
+    stop = stops_after(number, deceleration)[0]
     noticed = 0.05 if number == signal.SIGKILL else 0.35
     assert stop.noticed <= noticed + stop.gap
     assert stop.stood <= noticed + SPEED / deceleration + stop.gap
