@@ -58,7 +58,7 @@ class WheelsBody(Body, FastLoopBody):
         self.loop = FastLoop(
             LoopSetup(plan, name, values, parameters.rate, parameters.opens_within)
         )
-        self._odometry = EncoderOdometry(description.drivetrain, description.wheels.radius)
+        self._odometry = EncoderOdometry(description.drivetrain)
         self._is_stopped = False
         self._began, self._pace = monotonic(), Pace(1.0)
         self._read = 0

@@ -71,7 +71,7 @@ def test_odometry_of_a_half_circle_is_exact_with_any_number_of_readings():
     """Radius 1 m, track 0.4 m, wheels of 0.1 m: the sides roll 0.8 pi and 1.2 pi metres."""
     drive = Wheels(("l",), ("r",), 0.1, 0.4).drivetrain(Limits())
     for readings in (1, 7):
-        odometry = EncoderOdometry(drive, 0.1)
+        odometry = EncoderOdometry(drive)
         odometry.update(0.0, [3.0, -2.0], [0.0, 0.0])
         for number in range(1, readings + 1):
             share = number / readings
@@ -85,7 +85,7 @@ def test_odometry_of_a_half_circle_is_exact_with_any_number_of_readings():
 def test_odometry_of_a_car_turns_by_its_measured_steering():
     car = SteeredWheels(("a", "b"), ("c", "d"), 0.1, 0.5, 0.4, pi / 6, 1.0).drivetrain(Limits())
     wheels = car.to_wheels(car.state_at(Twist(1.0, 0.5), car.at_rest))
-    odometry = EncoderOdometry(car, 0.1)
+    odometry = EncoderOdometry(car)
     odometry.update(0.0, [0.0, 0.0], [0.0, 0.0], wheels.steering)
     odometry.update(1.0, list(wheels.speeds), list(wheels.speeds), wheels.steering)
     assert odometry.reading.pose.heading == pytest.approx(0.5)
