@@ -139,6 +139,7 @@ ONE_PLACE = {
     "rerun": {"stack/telemetry"},
     "foxglove": {"stack/telemetry/foxglove"},
     "pyarrow": {"stack/telemetry/rerun"},
+    "can": {"robots/motors"},
     "pymavlink": {"stack/mavlink", "stack/telemetry", "robots"},
     "zmq": {"stack/telemetry"},
     "msgpack": {"stack/telemetry"},

@@ -8,6 +8,7 @@ from time import monotonic, sleep  # noqa: TID251 - the clock of a real-time bod
 import numpy as np
 
 from robots.motors.odometry import EncoderOdometry
+from robots.motors.odrive import CLEAR, SUPPLY
 from robots.motors.parameters import WheelsParameters
 from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
@@ -17,6 +18,7 @@ from stack.body import (
     Body,
     BodyCommand,
     BodyHealth,
+    Engageable,
     FastLoopBody,
 )
 from stack.drivetrain.description import RobotDescription
@@ -31,16 +33,19 @@ from stack.drivetrain.wheel_loop import (
 from stack.errors import BodyError
 from stack.fast_loop.client import FastLoop, LoopSetup
 from stack.sim.pace import Pace
-from stack.types import LoopStatistics, Observation
+from stack.types import Battery, LoopStatistics, Measurement, Observation
 
 TORQUE_OFF = 2.0
 """Seconds without a command after which the standing wheels are released."""
+
+CLEARS_WITHIN = 0.3
+"""Seconds after which a fault that was cleared is one again."""
 
 FIRST_FEEDBACK = 1.0
 """Seconds in which the fast loop must complete its first cycle."""
 
 
-class WheelsBody(Body, FastLoopBody):
+class WheelsBody(Body, FastLoopBody, Engageable):
     """Drives through a fast loop; odometry from its encoders, health from its driver's faults.
 
     Args:
@@ -59,7 +64,7 @@ class WheelsBody(Body, FastLoopBody):
             LoopSetup(plan, name, values, parameters.rate, parameters.opens_within)
         )
         self._odometry = EncoderOdometry(description.drivetrain)
-        self._is_stopped = False
+        self._is_stopped, self._cleared = False, float("-inf")
         self._began, self._pace = monotonic(), Pace(1.0)
         self._read = 0
         self._await_feedback()
@@ -104,8 +109,11 @@ class WheelsBody(Body, FastLoopBody):
         if self._odometry.reading is wheels:
             self._odometry.reading = replace(wheels, stamp=self.time)
         time = self._odometry.reading.stamp
-        measured = self._sensors.take(self._began, self._began + time)
-        return Observation(time, {"wheels": self._odometry.reading, **measured})
+        measured: dict[str, Measurement] = {"wheels": self._odometry.reading}
+        measured |= self._sensors.take(self._began, self._began + time)
+        for message in self.loop.messages():
+            measured["battery"] = self._battery(message)
+        return Observation(time, measured)
 
     def command(self, command: BodyCommand) -> None:
         """Hand over the velocity; the loop limits it, and stops without a new one for 0.3 s."""
@@ -129,14 +137,32 @@ class WheelsBody(Body, FastLoopBody):
         """A fast loop that is frozen or has ended, or what its driver reports."""
         if problem := self.loop.problem:
             return BodyHealth(problem, FAST_LOOP)
-        if fault := self.loop.fault:
+        fault = self.loop.fault
+        if fault and monotonic() - self._cleared >= CLEARS_WITHIN:
             return BodyHealth(fault, MOTOR)
         return BodyHealth(self._sensors.problem)
+
+    def engage(self) -> str:
+        """Let the driver forget the faults that stand, and arm the motors again."""
+        if self.loop.problem:
+            return self.loop.problem
+        if self.loop.fault:
+            self.loop.send(CLEAR)
+            self._cleared = monotonic()
+        return ""
 
     def close(self) -> None:
         """Stop the robot, release the wheels and end the loop. Safe to call twice."""
         self.loop.close()
         self._sensors.close()
+
+    def _battery(self, message: bytes) -> Battery:
+        """Return the battery as its driver has measured it."""
+        _, at, voltage, _ = SUPPLY.unpack(message)
+        described = self._description.battery
+        span = described.voltage_full - described.voltage_empty
+        charge = min(max((voltage - described.voltage_empty) / span, 0.0), 1.0)
+        return Battery(charge, voltage=voltage, stamp=at - self._began)
 
     def _await_feedback(self) -> None:
         limit = monotonic() + FIRST_FEEDBACK

@@ -37,6 +37,7 @@ GROUP = "treepilot.drivers"
 BUILT_IN = {
     "emulated": "stack.fast_loop.emulated:Emulated",
     "mavlink": "robots.mavlink.driver:MavlinkDriver",
+    "odrive_can": "robots.motors.odrive:OdriveCan",
 }
 
 
@@ -75,13 +76,14 @@ class DriverFeedback:
         steering: (2,) measured angles of the steered wheels, radians.
         problem: what does not work, in the device's own words; empty if the robot can drive. While
             it is set, the loop stops the robot and releases the wheels.
+        is_ready: whether the wheels can follow; the setpoints stay at a standstill until then.
     """
 
     def __init__(self, state: FloatArray) -> None:
         self.angles, self.speeds = block(state, ANGLES), block(state, MEASURED_SPEEDS)
         self.stamps = block(state, STAMPS)
         self.steering = state[STEERING_MEASURED : STEERING_MEASURED + 2]
-        self.problem = ""
+        self.problem, self.is_ready = "", True
 
 
 @dataclass(frozen=True)

@@ -218,7 +218,7 @@ class _Loop:
         state[SILENCE] = np.inf if self._seen is None else (now - self._seen) * 1e-9
         stop = self._ends or self._stops > self._released or self.feedback.problem
         state[STOP], state[RELEASE] = bool(stop), bool(command.off) or at_once
-        state[COMMAND : COMMAND + 3] = command.twist
+        state[COMMAND : COMMAND + 3] = command.twist if self.feedback.is_ready else 0.0
         cycle(self._plan, state)
 
     def _exchange(self, now: int) -> None:
