@@ -6,6 +6,7 @@ Codes: E301 shape and values · E302, W302 the URDF · E303 the footprint · W30
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from robots.declared import (
     Y,
     length,
 )
+from robots.sensor_drivers.kinds import checked_parameters
 from robots.sensors import (
     check_scan_names,
     named,
@@ -54,6 +56,7 @@ from stack.drivetrain.description import (
     RobotDescription,
 )
 from stack.drivetrain.limits import Limits
+from stack.drivetrain.wheel_loop import WheelGains
 from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, suggestion
@@ -120,6 +123,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     limits = parameters_of(top.section("limits"), Limits)
     check_lateral_speed(top, wheels, limits)
     skid = read_skid(top, wheels)
+    gains = parameters_of(top.section("wheel_control"), WheelGains)
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
     lidar, camera = optional(top, "lidar", read_lidar), optional(top, "camera", read_camera)
     lidars, sonars = named(top, "lidars", read_lidar), named(top, "sonars", read_sonar)
@@ -127,6 +131,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     check_scan_names(top, lidars, depth_cameras)
     imu = optional(top, "imu", lambda section: parameters_of(section, ImuDescription))
     battery = parameters_of(top.section("battery"), BatteryDescription)
+    drivers = _sensor_drivers(top, [*lidars, *(["lidar"] if lidar is not None else [])])
     components = _components(top)
     top.done()
     placement = simulated = None
@@ -143,7 +148,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
         battery, components, path, lidars, sonars, body, skid, depth_cameras, text,
-        body_parameters=body_parameters,
+        body_parameters=body_parameters, sensor_drivers=drivers, wheel_control=gains,
     )  # fmt: skip
     compare_body(top, model, placement.base, robot)
     actual = _actual(top, robot, path, actual_name) if actual_name else None
@@ -288,6 +293,34 @@ def _body(top: Section) -> tuple[str, dict[str, Any]]:
     except InputError as error:
         top.findings.add(SHAPE, node.mark, str(error))
     return name, values
+
+
+def _sensor_drivers(
+    top: Section, lidars: Collection[str]
+) -> dict[str, tuple[str, Mapping[str, Any]]]:
+    """Read which drivers read the sensors of a real robot: `sensors: {lidar: {use: NAME, …}}`."""
+    section = top.section("sensors")
+    found: dict[str, tuple[str, Mapping[str, Any]]] = {}
+    for key, node in section.node.entries if section is not None else ():
+        sensor = f"{key.value}"
+        values = node.plain() if node.is_mapping else {"use": node.value}
+        use = values.pop("use", None)
+        if sensor not in lidars:
+            hint = suggestion(sensor, lidars) if lidars else "describe it under `lidars`"
+            top.findings.add(SHAPE, key.mark, f"sensors: the robot has no lidar {sensor!r}", hint)
+            continue
+        if not isinstance(use, str):
+            sentence = f"sensors: {sensor} must be a mapping with `use`, got {node.words()}"
+            top.findings.add(SHAPE, node.mark, sentence)
+            continue
+        try:
+            checked_parameters(use, values)
+        except ParameterError as error:
+            top.findings.add(SHAPE, node.mark, f"{sensor}: {error}", error.hint)
+        except InputError as error:
+            top.findings.add(SHAPE, node.mark, f"{sensor}: {error}")
+        found[sensor] = (use, values)
+    return found
 
 
 def _components(top: Section) -> dict[str, Any]:

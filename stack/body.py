@@ -115,6 +115,11 @@ class Body(ABC):
         """
         return False
 
+    @property
+    def slept(self) -> float:
+        """Wall seconds that `wait` has slept so far; they are no compute time."""
+        return 0.0
+
     @abstractmethod
     def close(self) -> None:
         """Stop the robot and disconnect from it. Safe to call twice."""
@@ -200,6 +205,15 @@ class FastLoopBody(ABC):
     @abstractmethod
     def loop_statistics(self) -> LoopStatistics:
         """Timing of the fast loop so far."""
+
+
+class LinkedBody(ABC):
+    """What only a body knows that talks with its robot over a link."""
+
+    @property
+    @abstractmethod
+    def link_figures(self) -> Mapping[str, Any]:
+        """Measured figures of the link so far, by name, for the report."""
 
 
 class Replay(ABC):
@@ -307,8 +321,3 @@ class SimulatedWorld(ABC):
     @pace.setter
     @abstractmethod
     def pace(self, factor: float) -> None: ...
-
-    @property
-    @abstractmethod
-    def slept(self) -> float:
-        """Wall seconds slept so far to keep the pace."""

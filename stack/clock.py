@@ -31,9 +31,13 @@ STEP = 1.0
 AGREEING = 5
 """Messages in turn that must agree on another offset before it is believed."""
 
-LATE_FOR = 10.0
+LATE_FOR = 3.0
 """Seconds for which messages in order are late by more than STEP before the offset is believed to
-have changed: longer than a radio link stalls."""
+have changed. What comes after a link has stalled comes at once, and is over sooner."""
+
+SHIFT, SHIFTED = 0.1, 3
+"""Seconds by which even the quickest messages of so many buckets in turn must be late before the
+offset is believed to have changed: by less, a drift is estimated."""
 
 
 class DeviceClock:
@@ -51,7 +55,7 @@ class DeviceClock:
         self._buckets: deque[tuple[int, float, float]] = deque(maxlen=BUCKETS)
         self._middle, self._offset, self._drift = 0.0, 0.0, 0.0
         self._strange: deque[tuple[float, float]] = deque(maxlen=AGREEING)
-        self._strange_since = 0.0
+        self._strange_since, self._has_advanced = 0.0, False
 
     @property
     def drift(self) -> float:
@@ -77,9 +81,12 @@ class DeviceClock:
             stamp: seconds of the device's clock.
             arrival: when the message came, seconds of our clock.
         """
+        if not self._has_advanced and self._buckets and stamp == self._buckets[-1][1]:
+            self._buckets.clear()  # a clock that does not run yet
         if not self._buckets:
             self._learn(stamp, arrival)
             return arrival
+        self._has_advanced = True
         delay = arrival - stamp - self.offset_at(stamp)
         if abs(delay) <= STEP:
             self._strange.clear()
@@ -115,8 +122,18 @@ class DeviceClock:
             if number < last[0] or offset >= last[2]:
                 return
             self._buckets.pop()
+        elif self._is_shifted:
+            self._buckets = deque(list(self._buckets)[-SHIFTED:], maxlen=BUCKETS)
         self._buckets.append((number, stamp, offset))
         self._fit()
+
+    @property
+    def _is_shifted(self) -> bool:
+        """Whether the newest complete buckets are all later than the line."""
+        newest = list(self._buckets)[-SHIFTED:]
+        return len(newest) == SHIFTED and all(
+            offset - self.offset_at(stamp) > SHIFT for _, stamp, offset in newest
+        )
 
     def _fit(self) -> None:
         """Find the highest line below all points: the edge of their lower hull under the mean."""

@@ -47,9 +47,10 @@ from missions.execution.resources import MISSIONS, find_mission
 from missions.inspection.check import check_files
 from missions.testing.session import run_files
 from robots.bodies import GROUP as BODY_GROUP
-from robots.load import read_robot
+from robots.load import find_robot, read_robot
 from stack.components import GROUPS
 from stack.documents import read_text
+from stack.fast_loop.driver import GROUP as DRIVER_GROUP
 from stack.mapping.marker_maps import read_marker_map
 from stack.planning.routes.geojson import read_route_graph
 from tests.benchmarks.__main__ import parsed
@@ -103,6 +104,7 @@ PARSED_ONLY = {
     "replay": "needs a terminal",
     "lsp": "serves until its input ends",
     "calibrate": "needs pictures of a printed board",
+    "jitter": "takes two minutes",
 }
 """Commands whose words and options are checked but not carried out."""
 
@@ -199,6 +201,8 @@ class Follower:
             assert findings(self.folder / "my_world.yaml") == []
         elif key == "robot":
             self.robot(block)
+        elif key == "body":
+            self.robot_part(block)
         elif key == "markers":
             assert read_marker_map(self.folder / "markers.yaml", block.text)
         else:
@@ -229,6 +233,16 @@ class Follower:
         ElementTree.ElementTree(tree).write(self.folder / robot["urdf"])
         (self.folder / "robot.yaml").write_text(block.text, "utf-8")
         assert read_robot(self.folder / "robot.yaml").name == robot["robot"]
+
+    def robot_part(self, block: Block) -> None:
+        """Keys of a robot file, in place of those of a shipped robot."""
+        scout = find_robot("scout", self.folder).parent
+        robot = plain((scout / "robot.yaml").read_text("utf-8")) | {
+            "urdf": str(scout / "scout.urdf")
+        }
+        file = self.folder / "robot.yaml"
+        file.write_text(yaml.safe_dump(robot | plain(block.text), allow_unicode=True), "utf-8")
+        assert read_robot(file).warnings == ()
 
     def snippet(self, block: Block) -> None:
         given = plain(block.text)
@@ -303,7 +317,7 @@ class Follower:
         groups = content.get("project", {}).get("entry-points", {})
         servers = content.get("language-server", {})
         assert groups or servers, "neither entry points nor a language server"
-        assert set(groups) <= {GROUP, BODY_GROUP, *GROUPS.values()}
+        assert set(groups) <= {GROUP, BODY_GROUP, DRIVER_GROUP, *GROUPS.values()}
         for server in servers.values():
             assert server["command"] == "treepilot"
             parse(server["args"])

@@ -102,6 +102,7 @@ VIEW_KEYS = (
     Key("H", "sheet('health')", "", "health: rates, compute time, memory, links, records"),
     Key("P", "sheet('plots')", "", "plots of any numbers over 10 s to 10 min"),
     Key("C", "sheet('camera')", "", "the camera's newest picture, with detections"),
+    Key("T", "theme", "", "colours: dark, light, the terminal's 16, none"),
     Key("z", "zoom_pane", "Full", "focused pane on the full screen, on or off"),
     Key("escape", "all_panes", "", "show all panes", "esc"),
     Key("ctrl+l", "redraw", "", "draw the whole screen again"),

@@ -22,7 +22,10 @@ from tui.drawing.strips import one_line
 from tui.keys import PLACE_KEYS
 
 ON_MAP = "on the map"
-HINT = "a place, or x, y, heading: 2.5, 3 m, 90 deg · enter · esc · ctrl+space stops the robot"
+HINT = (
+    "a place, or x, y, heading: 2.5, 3 m, 90 deg\n"
+    "enter takes it · esc cancels · ctrl+space stops the robot"
+)
 
 
 def pose_words(pose: Pose2D) -> str:

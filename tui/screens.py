@@ -146,10 +146,11 @@ def _lines(keys: Sequence[Key], words: str = "") -> Text:
     lines = [(key.shown, key.sentence) for key in keys if key.sentence]
     if keys is KEYS:
         lines.append((" ".join(key.shown for key in TREE_KEYS), TREE_SENTENCE))
+    widest = max(len(shown) for shown, _ in lines)
     for shown, sentence in lines:
         if not all(word in f"{shown} {sentence}".lower() for word in wanted):
             continue
-        text.append(f"{shown:>7}  ", style=f"bold {css(BUSY)}")
+        text.append(f"{shown:>{widest}}  ", style=f"bold {css(BUSY)}")
         text.append(f"{sentence}\n", style=css(TEXT))
     for number, (glyph, word, colour) in enumerate(MEANINGS if not wanted else ()):
         text.append("\n" if number == MEANINGS_PER_LINE else "", style=css(TEXT))

@@ -22,7 +22,7 @@ from tui.drawing.palette import BAD, BUSY, DIM, GOOD, TEXT, WARN, css
 from tui.drawing.strips import one_line
 from tui.keys import PICKER_KEYS
 
-HINT = "letters filter · enter changes · ctrl+e experts · ctrl+s saves · ctrl+space stops the robot"
+HINT = "letters filter · enter changes · ctrl+e experts · ctrl+s saves\nctrl+space stops the robot"
 YES, NO = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
 NAME_WIDTH = 38

@@ -23,6 +23,8 @@ from missions.cli.inspection.diagnose import diagnose
 from missions.cli.inspection.doctor import doctor
 from missions.cli.inspection.export import export
 from missions.cli.inspection.list import describe, list_
+from missions.cli.inspection.mavlink import EPILOG as MAVLINK_EPILOG
+from missions.cli.inspection.mavlink import mavlink
 from missions.cli.inspection.nav2 import nav2
 from missions.cli.inspection.parameters import parameters
 from missions.cli.inspection.report import report
@@ -67,6 +69,7 @@ app.command()(describe)
 app.command()(parameters)
 app.command()(nav2)
 app.command()(jitter)
+app.command(epilog=MAVLINK_EPILOG)(mavlink)
 app.command(epilog=PREFLIGHT_EPILOG)(preflight)
 app.command()(lsp)
 app.command()(trace)

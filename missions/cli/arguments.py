@@ -75,6 +75,9 @@ def on_a_terminal() -> bool:
 
     The dashboard reads standard input and draws on standard error. A terminal cannot show it
     without cursor positions as in ECMA-48. One that the terminal database does not know may.
+
+    Raises:
+        InputError: the environment asks for a theme that does not exist.
     """
     if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):
         return False
@@ -89,4 +92,8 @@ def on_a_terminal() -> bool:
     if not able:
         kind = f"TERM={term}" if term else "TERM is not set"
         print(f"this terminal cannot show the dashboard ({kind})", file=sys.stderr)
-    return able
+        return False
+    from missions.execution.supervision.viewer import check_settings
+
+    check_settings()
+    return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2, copysign, hypot, pi
+from math import copysign, hypot, pi
 
 import numpy as np
 
@@ -169,10 +169,6 @@ class Driver:
         self._drive(wanted)
         self.stand(0.6)
 
-    def face(self, x: float, y: float) -> float:
-        """Return the heading from the robot to a point."""
-        return atan2(y - self.pose.y, x - self.pose.x)
-
     def _drive(self, wanted: Callable[[], Twist | None]) -> None:
         """Command what `wanted` returns until that is None.
 
@@ -199,7 +195,7 @@ class Driver:
         points = self.reference.points
         if points is None or not len(points):
             return False
-        corners, radius = self.body.description.footprint.points, 0.0
+        corners = self.body.description.footprint.points
         radius = float(np.hypot(*corners.T).max()) + MARGIN + self.speed
         near = points[np.hypot(points[:, 0], points[:, 1]) < radius]
         if not len(near):

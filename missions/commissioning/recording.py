@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missions.commissioning.reference import Reference
+from missions.commissioning.reference import Reference, with_calibrated_gyro
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
@@ -109,14 +109,6 @@ def fused_of(observations: Iterable[Observation], robot: RobotDescription) -> Tr
     if len(found) < 2:
         raise InputError("the drive has no odometry of the wheels")
     return _track(found)
-
-
-def with_calibrated_gyro(observation: Observation, robot: RobotDescription) -> Observation:
-    """Return the observation with yaw rates as the robot file calibrates them."""
-    if robot.imu is None or observation.imu is None:
-        return observation
-    corrected = robot.imu.corrected(observation.imu)
-    return Observation(observation.time, {**observation.measurements, "imu": corrected})
 
 
 def _reference(seen: list[Observation], robot: RobotDescription, lidar: str) -> Track:

@@ -32,7 +32,7 @@ class Reference:
     """
 
     def __init__(self, robot: RobotDescription, lidar: str) -> None:
-        self._lidar = lidar
+        self._robot, self._lidar = robot, lidar
         self._odometry = WheelGyroOdometry(OdometryFusionParameters(), robot)
         self._frames, self._deskewer, self._own = TransformBuffer(), Deskewer(), OwnBody(robot)
         self.mapper = Mapper(noise=robot.range_noise(lidar))
@@ -52,7 +52,7 @@ class Reference:
 
     def update(self, observation: Observation) -> None:
         """Process the measurements of one step."""
-        odometry = self._odometry.update(observation)
+        odometry = self._odometry.update(with_calibrated_gyro(observation, self._robot))
         self._frames.add(odometry)
         self._moved = odometry.pose
         observation = self._deskewer.update(self._own.removed(observation), self._frames)
@@ -65,3 +65,11 @@ class Reference:
         match = self.mapper.match
         if match is None or match.overlap >= CLEAR_MATCH:
             self.trajectory.append((scan.stamp, self._pose))
+
+
+def with_calibrated_gyro(observation: Observation, robot: RobotDescription) -> Observation:
+    """Return the observation with yaw rates as the robot file calibrates them."""
+    if robot.imu is None or observation.imu is None:
+        return observation
+    corrected = robot.imu.corrected(observation.imu)
+    return Observation(observation.time, {**observation.measurements, "imu": corrected})

@@ -13,8 +13,9 @@ from stack.drivetrain.description import RobotDescription
 from stack.localisation.fusion.wheels_gyro import wheel_slip
 from stack.types import FloatArray, Pose2D
 
-LENGTH = 0.75
-"""Metres that a wheel rolls in a segment. In shorter ones the reference's error outweighs slip."""
+LENGTH = 0.5
+"""Metres that a wheel rolls in a segment. In shorter ones the reference's error outweighs slip; in
+longer ones the heading errors of slip bend the way by the wheels, which makes it too short."""
 
 LONGEST_GAP = 1.0
 """Seconds without a reference pose after which a segment ends without use."""

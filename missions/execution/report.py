@@ -55,6 +55,9 @@ class Report:
         fast_loop: timing of the process that holds the hardware: rate, cycles, overruns, lateness
             (median, 99.9 %, worst) and work (mean, worst) in seconds, privileges that it lacks;
             empty without one.
+        body_link: of a robot behind a link: messages per second by name (`rates`), setpoints per
+            second, round trip (median, 99 %) in seconds, messages missed, losses of the robot;
+            empty for other robots.
         people: measures of the drive among people (docs/worlds.md); empty without any.
         format: version of this record; counted up when a key changes its meaning.
     """
@@ -95,6 +98,7 @@ class Report:
     links_lost: list[dict[str, Any]] = field(default_factory=list)
     people: dict[str, Any] = field(default_factory=dict)
     fast_loop: dict[str, Any] = field(default_factory=dict)
+    body_link: dict[str, Any] = field(default_factory=dict)
     scans_dropped: dict[str, int] = field(default_factory=dict)
     format: int = 1
 

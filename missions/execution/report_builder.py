@@ -10,7 +10,8 @@ from missions.execution.build import Engine
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import versions
-from stack.body import Body, FastLoopBody
+from stack.body import Body, FastLoopBody, LinkedBody
+from stack.runtime.holdups import held_seconds
 from stack.runtime.loop import Runtime
 from stack.sim.battery import START_CHARGE
 from stack.telemetry.recorder import RunFolder
@@ -25,13 +26,16 @@ class Milestones(Sink):
     def __init__(self) -> None:
         self.relocalisations: list[dict[str, Any]] = []
         self.links_lost: list[dict[str, Any]] = []
+        self.held: list[Event] = []
 
     def event(self, event: Event) -> None:
-        """Keep `relocalised` events (time, pose, source) and `link_lost` (time, link, reason)."""
+        """Keep `relocalised` events, `link_lost`, and those of hold-ups."""
         if event.kind == "relocalised":
             self.relocalisations.append({"time": event.time, **event.fields})
         elif event.kind == "link_lost":
             self.links_lost.append({"time": event.time, **event.fields})
+        elif event.kind in ("held", "held_end"):
+            self.held.append(event)
 
 
 def unstarted_report(
@@ -107,11 +111,12 @@ def compose_report(
             "lost_seconds": round(monitor.lost_seconds, 3),
             "obscured_metres": round(monitor.obscured_distance, 3),
         },
-        held=runtime.parts.holdups.seconds(),
+        held=held_seconds(milestones.held, simulated),
         links_lost=milestones.links_lost,
         scans_dropped=runtime.sensing.dropped_scans,
         people={} if scorer is None else scorer.people_summary(),
         fast_loop=_loop_timing(engine.body),
+        body_link=(dict(engine.body.link_figures) if isinstance(engine.body, LinkedBody) else {}),
     )
 
 

@@ -24,6 +24,7 @@ from stack.drivetrain.description import (
     DepthCameraDescription,
     RobotDescription,
 )
+from stack.drivetrain.wheel_loop import NO_GAINS
 from stack.errors import Finding, InputError, Mark
 from stack.parameters import Declaration, declarations, values_of
 from stack.sim.import_world import read_any_world
@@ -117,6 +118,8 @@ def robot_description(robot: RobotDescription) -> str:
     }  # fmt: skip
     if robot.drivetrain.skids:
         parts["skid"] = robot.skid
+    if robot.wheel_control != NO_GAINS:
+        parts["wheel_control"] = robot.wheel_control
     for title, part in parts.items():
         if part is None:
             lines.append(f"{title}: none")

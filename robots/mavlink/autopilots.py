@@ -25,6 +25,7 @@ class Autopilot:
         modes: names of modes by number, as `mode_of` returns them.
         streams_first: seconds of setpoints that it wants to see before it accepts that mode.
         stops_after: what stops it when setpoints end, for people.
+        read: parameters that the checks of the body know.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Autopilot:
     modes: dict[int, str]
     streams_first: float
     stops_after: str
+    read: tuple[str, ...]
 
     @property
     def driving_number(self) -> int:
@@ -56,6 +58,7 @@ ARDUROVER = Autopilot(
     },
     streams_first=0.0,
     stops_after="3 s without a setpoint",
+    read=("FS_GCS_ENABLE", "MAV_GCS_SYSID", "SYSID_MYGCS"),
 )  # fmt: skip
 
 PX4_ROVER = Autopilot(
@@ -67,6 +70,7 @@ PX4_ROVER = Autopilot(
     },
     streams_first=1.2,
     stops_after="COM_OF_LOSS_T without a setpoint",
+    read=("COM_OF_LOSS_T",),
 )  # fmt: skip
 
 BY_NUMBER = {ARDUPILOT: ARDUROVER, PX4: PX4_ROVER}

@@ -6,7 +6,7 @@ Its time is the monotonic clock of this computer since then; the rover's stamps 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 from typing import Any
@@ -17,14 +17,15 @@ from robots.mavlink.loop_link import LoopLink
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
 from robots.mavlink.rover_link import Phase
+from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
-    HEALTHY,
     AcceptsEstimate,
     Body,
     BodyCommand,
     BodyHealth,
     Engageable,
     FastLoopBody,
+    LinkedBody,
 )
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError, InputError
@@ -51,7 +52,7 @@ STOOD_FOR = 1.0
 """Seconds of standstill orders after which small measured velocities are noise."""
 
 
-class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
+class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
     """Drives a rover.
 
     Args:
@@ -79,11 +80,12 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         )
         self._began, self._pace = 0.0, Pace(1.0)
         self._asked, self._stood_since = False, monotonic()
-        self._found_at = monotonic()
+        self._found_at = self._received_at = monotonic()
         self._seen: dict[str, float] = {}
         self.checks: list[Check] = []
         self._last: PoseEstimate | None = None
         self._resets = 0
+        self._sensors = SensorReaders(description)
         self._link = LoopLink(description, parameters)
         try:
             if parameters.estimate != "none":
@@ -175,16 +177,20 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         return self._link.statistics
 
     @property
+    def link_figures(self) -> Mapping[str, Any]:
+        """Latency and rates of the link."""
+        return self._link.figures(monotonic() - self._found_at)
+
+    @property
     def health(self) -> BodyHealth:
         """Why the rover does not obey or measure; empty if it does."""
         problem = self._link.problem
         if problem:
             return BodyHealth(problem, self._link.fault)
-        stamp = self._measurements.odometry.stamp
-        if stamp is not None and monotonic() - stamp > OLDEST_ODOMETRY:
-            source = self._measurements.source
-            return BodyHealth(f"no odometry from the rover: {source} does not come")
-        return HEALTHY
+        heard = self._measurements.odometry.heard
+        if heard is not None and self._received_at - heard > OLDEST_ODOMETRY:
+            return BodyHealth(f"no odometry from the rover: no {self._measurements.source}")
+        return BodyHealth(self._sensors.problem)
 
     def sense(self) -> Observation:
         """Return the measurements since the last call; odometry always, for this time."""
@@ -197,6 +203,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
             if shifted is not None and shifted.stamp > self._seen.get(name, 0.0):
                 self._seen[name] = shifted.stamp
                 found[name] = shifted
+        found |= self._sensors.take(self._began, now)
         odometry = self._measurements.odometry
         odometry.stands = now - self._stood_since > STOOD_FOR
         found["wheels"] = replace(odometry.at(now), stamp=time)
@@ -210,6 +217,7 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         self._link.drive(twist, emergency_stop=command.emergency_stop)
 
     def _receive(self) -> None:
+        self._received_at = monotonic()
         for item in self._link.take():
             self._measurements.add(item)
         for text in self._link.heard.take_texts():
@@ -245,9 +253,15 @@ class MavlinkBody(Body, FastLoopBody, Engageable, AcceptsEstimate):
         self._pace.advance(period)
         self._pace.rest()
 
+    @property
+    def slept(self) -> float:
+        """Wall seconds that `wait` has slept so far."""
+        return self._pace.slept
+
     def close(self) -> None:
         """Stop and disarm the rover, and disconnect. Safe to call twice."""
         self._link.close()
+        self._sensors.close()
 
 
 def _check_fit(robot: RobotDescription, parameters: MavlinkParameters) -> None:

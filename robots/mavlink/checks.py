@@ -10,7 +10,7 @@ from robots.mavlink.hearing import Hearing, Rover
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
 
-OLDEST_ODOMETRY = 0.5
+OLDEST_ODOMETRY = 1.0
 """Seconds without odometry after which there is none."""
 
 BATTERY_WITHIN = 3.0
@@ -90,9 +90,9 @@ def _alone(subject: Subject, rover: Rover) -> Check:
 
 def _odometry(subject: Subject, rover: Rover) -> Check:
     measurements = subject.measurements
-    stamp, needs = measurements.odometry.stamp, measurements.source
-    if stamp is None or subject.now - stamp > OLDEST_ODOMETRY:
-        since = "none yet" if stamp is None else f"none for {subject.now - stamp:.1f} s"
+    heard, needs = measurements.odometry.heard, measurements.source
+    if heard is None or subject.now - heard > OLDEST_ODOMETRY:
+        since = "none yet" if heard is None else f"none for {subject.now - heard:.1f} s"
         return Check(
             "odometry", False, f"{needs}: {since}",
             "the autopilot has no position estimate yet; see its messages",

@@ -32,9 +32,6 @@ WANTED = (
 )
 """Messages that the rover is asked to send, by id, and their rates, Hz."""
 
-READ = ("FS_GCS_ENABLE", "MAV_GCS_SYSID", "SYSID_MYGCS", "COM_OF_LOSS_T")
-"""Parameters of the autopilots that the checks of the body know."""
-
 FRAMES, STATE, ENGAGEMENT, ESTIMATE = b"F", b"S", b"N", b"E"
 """First byte of what driver and brain send each other."""
 
@@ -56,7 +53,7 @@ class MavlinkDriver(Driver):
         p: MavlinkParameters = parameters
         self.link = RoverLink(
             read_address(p.connect), own_system=p.own_system, system=p.system,
-            autopilot=p.autopilot, wanted=WANTED, read=READ, origin=p.origin, now=monotonic(),
+            autopilot=p.autopilot, wanted=WANTED, origin=p.origin, now=monotonic(),
         )  # fmt: skip
         self._engagement = 0
         self._estimate: SentEstimate | None = None

@@ -83,6 +83,22 @@ class LoopLink:
         """Timing of the process."""
         return self._loop.statistics()
 
+    def figures(self, seconds: float) -> dict[str, Any]:
+        """Latency and rates of the link, for the report.
+
+        Args:
+            seconds: for which the rover has been known.
+        """
+        figures = self.heard.figures
+        trips = sorted(figures.round_trips)
+        span = max(seconds, 1e-3)
+        return {
+            "rates": {kind: round(n / span, 2) for kind, n in sorted(figures.kinds.items())},
+            "setpoints": round(self.state.get("setpoints", 0) / span, 2),
+            "round_trip_median": _share(trips, 0.5), "round_trip_99": _share(trips, 0.99),
+            "missed": self.state.get("missed", 0), "losses": self.state.get("losses", 0),
+        }  # fmt: skip
+
     def drive(self, twist: Twist, *, emergency_stop: bool = False) -> None:
         """Drive a velocity for the next DEAD_MAN seconds; not while an emergency stop stands."""
         if emergency_stop != self._is_stopped:
@@ -115,3 +131,8 @@ class LoopLink:
     def close(self) -> None:
         """Stop and disarm the rover, and end the process. Safe to call twice."""
         self._loop.close()
+
+
+def _share(ordered: list[float], share: float) -> float | None:
+    """The value below which this share of ordered values is; None without any."""
+    return round(ordered[min(int(share * len(ordered)), len(ordered) - 1)], 5) if ordered else None

@@ -142,10 +142,14 @@ class Measurements:
             return
         if reader is not None:
             reader(item.message, stamp)
-        elif kind != "WHEEL_DISTANCE":
-            self._filter.add(kind, item.message, stamp)
-        elif self._wheels is not None:
-            self._wheels.add(kind, item.message, stamp)
+            return
+        odometry = self._wheels if kind == "WHEEL_DISTANCE" else self._filter
+        if odometry is None:
+            return
+        before = odometry.stamp
+        odometry.add(kind, item.message, stamp)
+        if odometry.stamp != before:
+            odometry.heard = item.at
 
     def take(self) -> dict[str, Measurement]:
         """Return the new measurements by sensor name, without odometry; the next call has others.

@@ -34,12 +34,14 @@ class RoverOdometry(ABC):
 
     Attributes:
         stamp: of the newest message, seconds on our clock; None before the first.
+        heard: when the newest message came, seconds; None before the first.
         stands: whether the rover has been told to stand for a while: then small velocities are
             noise, and are not summed up.
     """
 
     def __init__(self) -> None:
         self.stamp: float | None = None
+        self.heard: float | None = None
         self.stands = False
         self._pose, self._twist = Pose2D(0.0, 0.0), STANDSTILL
 

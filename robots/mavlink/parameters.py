@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stack.errors import ParameterError
 from stack.mavlink.address import read_address
-from stack.parameters import REQUIRED, parameter
+from stack.parameters import parameter
 
 
 @dataclass(frozen=True)
@@ -14,7 +14,7 @@ class MavlinkParameters:
     """Where the rover is, and what is exchanged with it."""
 
     connect: str = parameter(
-        REQUIRED, public=True,
+        "udpin:127.0.0.1:14550", public=True,
         help="address: udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD",
     )  # fmt: skip
     autopilot: str = parameter(

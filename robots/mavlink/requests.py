@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from robots.mavlink.hearing import AUTOPILOT_COMPONENT
+from robots.mavlink.hearing import AUTOPILOT_COMPONENT, Rover
 
 RETRY, TRIES = 0.5, 6
-"""Seconds until a request is repeated, and how often it is sent."""
+"""Seconds until a rate is asked for again, and how often."""
+
+READ_AGAIN, READS = 1.0, 3
+"""Seconds until a parameter is asked for again, and how often: autopilots do not say that there is
+none."""
 
 SET_MESSAGE_INTERVAL = 511
 IN_PROGRESS = 5
@@ -19,15 +23,14 @@ class Requests:
 
     Args:
         rates: (message id, Hz).
-        names: of parameters.
 
     Attributes:
         refused: ids of messages that the autopilot does not send.
     """
 
-    def __init__(self, rates: tuple[tuple[int, float], ...], names: tuple[str, ...]) -> None:
+    def __init__(self, rates: tuple[tuple[int, float], ...]) -> None:
         self._rates = rates
-        self._names = dict.fromkeys(names, 0)
+        self._asked: dict[str, int] = {}
         self.refused: set[int] = set()
         self.repeat()
 
@@ -36,13 +39,13 @@ class Requests:
         self._waiting = list(self._rates)
         self._sent, self._next, self._next_names = 0, 0.0, 0.0
 
-    def due(self, now: float, dialect: Any, system: int, values: Collection[str]) -> list[Any]:
+    def due(self, now: float, dialect: Any, rover: Rover, values: Collection[str]) -> list[Any]:
         """Return the messages that are due.
 
         Args:
             now: seconds.
             dialect: pymavlink's module with messages.
-            system: id of the rover.
+            rover: that is asked.
             values: names of the parameters that have come.
         """
         messages = []
@@ -54,20 +57,20 @@ class Requests:
                 interval = 1e6 / rate
                 messages.append(
                     dialect.MAVLink_command_long_message(
-                        system, AUTOPILOT_COMPONENT, SET_MESSAGE_INTERVAL, self._sent,
+                        rover.system, AUTOPILOT_COMPONENT, SET_MESSAGE_INTERVAL, self._sent,
                         number, interval, 0.0, 0.0, 0.0, 0.0, 0.0,
                     )
                 )  # fmt: skip
                 self._sent += 1
                 self._next = now + RETRY
         if now >= self._next_names:
-            self._next_names = now + RETRY
-            for name, tries in self._names.items():
-                if tries < TRIES and name not in values:
-                    self._names[name] += 1
+            self._next_names = now + READ_AGAIN
+            for name in rover.autopilot.read:
+                if self._asked.get(name, 0) < READS and name not in values:
+                    self._asked[name] = self._asked.get(name, 0) + 1
                     messages.append(
                         dialect.MAVLink_param_request_read_message(
-                            system, AUTOPILOT_COMPONENT, name.encode(), -1
+                            rover.system, AUTOPILOT_COMPONENT, name.encode(), -1
                         )
                     )
         return messages

@@ -94,7 +94,6 @@ class RoverLink:
         system: id of the rover; 0: the only one that is there.
         autopilot: `auto`, or a name.
         wanted: (message id, Hz) that the rover is asked to send.
-        read: names of parameters to read.
         origin: latitude and longitude, degrees, that the rover is told as its origin; or empty.
         now: seconds of the clock that `cycle` gets.
         open_link: for tests.
@@ -108,7 +107,7 @@ class RoverLink:
     def __init__(  # noqa: PLR0913 - all but the first are set by name
         self, address: MavlinkAddress, *, own_system: int, system: int = 0,
         autopilot: str = "auto", wanted: tuple[tuple[int, float], ...] = (),
-        read: tuple[str, ...] = (), origin: tuple[float, ...] = (), now: float = 0.0,
+        origin: tuple[float, ...] = (), now: float = 0.0,
         open_link: Callable[..., Link] = Link,
     ) -> None:  # fmt: skip
         self.address = address
@@ -116,7 +115,7 @@ class RoverLink:
         self._link: Link | None = None
         self._opening_problem, self._next_opening = "", now
         self.phase, self._reason = Phase.SEARCHING, ""
-        self._requests = Requests(wanted, read)
+        self._requests = Requests(wanted)
         self.heard = Hearing(
             own_system, system, BY_NAME.get(autopilot), self._requests.acknowledged
         )
@@ -318,7 +317,7 @@ class RoverLink:
         if now >= self._next_timesync:
             self._next_timesync = now + TIMESYNC_PERIOD
             link.send(link.dialect.MAVLink_timesync_message(0, int(now * 1e9)))
-        for message in self._requests.due(now, link.dialect, rover.system, self.heard.values):
+        for message in self._requests.due(now, link.dialect, rover, self.heard.values):
             link.send(message)
         if now >= self._next_estimate:
             self._next_estimate = max(self._next_estimate + ESTIMATE_PERIOD, now)

@@ -10,10 +10,10 @@ import numpy as np
 from robots.motors.odometry import EncoderOdometry
 from robots.motors.odrive import CLEAR, SUPPLY
 from robots.motors.parameters import WheelsParameters
+from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
     DEAD_MAN,
     FAST_LOOP,
-    HEALTHY,
     MOTOR,
     Body,
     BodyCommand,
@@ -32,6 +32,7 @@ from stack.drivetrain.wheel_loop import (
 )
 from stack.errors import BodyError
 from stack.fast_loop.client import FastLoop, LoopSetup
+from stack.sim.pace import Pace
 from stack.types import Battery, LoopStatistics, Measurement, Observation
 
 TORQUE_OFF = 2.0
@@ -58,15 +59,20 @@ class WheelsBody(Body, FastLoopBody, Engageable):
     def __init__(self, description: RobotDescription, parameters: WheelsParameters) -> None:
         self._description = description
         name, values = parameters.named_driver
-        plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, parameters.gains)
+        plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, description.wheel_control)
         self.loop = FastLoop(
             LoopSetup(plan, name, values, parameters.rate, parameters.opens_within)
         )
-        self._odometry = EncoderOdometry(description.drivetrain, description.wheels.radius)
+        self._odometry = EncoderOdometry(description.drivetrain)
         self._is_stopped, self._cleared = False, float("-inf")
-        self._began = self._due = monotonic()
+        self._began, self._pace = monotonic(), Pace(1.0)
         self._read = 0
         self._await_feedback()
+        try:
+            self._sensors = SensorReaders(description)
+        except BaseException:
+            self.loop.close()
+            raise
 
     @property
     def description(self) -> RobotDescription:
@@ -89,7 +95,7 @@ class WheelsBody(Body, FastLoopBody, Engageable):
         return self.loop.statistics()
 
     def sense(self) -> Observation:
-        """Return the wheels' odometry, at the time of its measurement.
+        """Return the wheels' odometry, at the time of its measurement, and what sensors measured.
 
         While the loop is silent the last pose stands for the present one.
 
@@ -102,10 +108,12 @@ class WheelsBody(Body, FastLoopBody, Engageable):
         self._update()
         if self._odometry.reading is wheels:
             self._odometry.reading = replace(wheels, stamp=self.time)
-        found: dict[str, Measurement] = {"wheels": self._odometry.reading}
+        time = self._odometry.reading.stamp
+        measured: dict[str, Measurement] = {"wheels": self._odometry.reading}
+        measured |= self._sensors.take(self._began, self._began + time)
         for message in self.loop.messages():
-            found["battery"] = self._battery(message)
-        return Observation(self._odometry.reading.stamp, found)
+            measured["battery"] = self._battery(message)
+        return Observation(time, measured)
 
     def command(self, command: BodyCommand) -> None:
         """Hand over the velocity; the loop limits it, and stops without a new one for 0.3 s."""
@@ -115,9 +123,14 @@ class WheelsBody(Body, FastLoopBody, Engageable):
         self.loop.command(command.twist)
 
     def wait(self, period: float) -> None:
-        """Sleep until a period after the last step was due; a late step delays the next ones."""
-        self._due = max(self._due + period, monotonic())
-        sleep(max(0.0, self._due - monotonic()))
+        """Sleep until the next control period begins."""
+        self._pace.advance(period)
+        self._pace.rest()
+
+    @property
+    def slept(self) -> float:
+        """Wall seconds that `wait` has slept so far."""
+        return self._pace.slept
 
     @property
     def health(self) -> BodyHealth:
@@ -125,9 +138,9 @@ class WheelsBody(Body, FastLoopBody, Engageable):
         if problem := self.loop.problem:
             return BodyHealth(problem, FAST_LOOP)
         fault = self.loop.fault
-        if not fault or monotonic() - self._cleared < CLEARS_WITHIN:
-            return HEALTHY
-        return BodyHealth(fault, MOTOR)
+        if fault and monotonic() - self._cleared >= CLEARS_WITHIN:
+            return BodyHealth(fault, MOTOR)
+        return BodyHealth(self._sensors.problem)
 
     def engage(self) -> str:
         """Let the driver forget the faults that stand, and arm the motors again."""
@@ -141,6 +154,7 @@ class WheelsBody(Body, FastLoopBody, Engageable):
     def close(self) -> None:
         """Stop the robot, release the wheels and end the loop. Safe to call twice."""
         self.loop.close()
+        self._sensors.close()
 
     def _battery(self, message: bytes) -> Battery:
         """Return the battery as its driver has measured it."""

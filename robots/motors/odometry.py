@@ -15,15 +15,14 @@ class EncoderOdometry:
     Between two readings the base moves on an arc (`Drivetrain.from_wheels`).
 
     Args:
-        drivetrain: kinematics.
-        radius: of the driven wheels, metres.
+        drivetrain: kinematics, with the calibrated radii.
 
     Attributes:
         reading: after the last update.
     """
 
-    def __init__(self, drivetrain: Drivetrain, radius: float) -> None:
-        self._drivetrain, self._radius = drivetrain, radius
+    def __init__(self, drivetrain: Drivetrain) -> None:
+        self._drivetrain = drivetrain
         self._angles: Sequence[float] | None = None
         self.reading = Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL)
 
@@ -39,14 +38,16 @@ class EncoderOdometry:
             speeds: of the driven wheels, rad/s.
             steering: angles of the steered wheels, left and right, radians.
         """
-        drive, radius = self._drivetrain, self._radius
+        drive = self._drivetrain
         before, self._angles = self._angles, drive.encoder_angles(angles)
         rolled = [0.0] * len(self._angles)
         if before is not None:
-            rolled = [radius * (b - a) for a, b in zip(before, self._angles, strict=True)]
+            turned = zip(drive.radii, before, self._angles, strict=True)
+            rolled = [radius * (b - a) for radius, a, b in turned]
         none = [0.0] * len(rolled)
         step = drive.from_wheels(rolled, none, steering)
-        rims = [radius * speed for speed in drive.encoder_angles(speeds)]
+        encoder_speeds = drive.encoder_angles(speeds)
+        rims = [radius * speed for radius, speed in zip(drive.radii, encoder_speeds, strict=True)]
         velocity = drive.from_wheels(rims, none, steering)
         pose = self.reading.pose.compose(moved(Twist(step.x, step.heading, step.y), 1.0))
         self.reading = Odometry(stamp, pose, Twist(velocity.x, velocity.heading, velocity.y))

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from stack.drivetrain.wheel_loop import WheelGains
 from stack.errors import InputError, ParameterError
 from stack.fast_loop.driver import driver_class
 from stack.parameters import build, parameter
@@ -21,9 +20,6 @@ class WheelsParameters:
     )
     rate: float = parameter(
         500.0, "Hz", at_least=50.0, at_most=1000.0, help="cycles of the fast loop per second"
-    )
-    gains: WheelGains = parameter(
-        WheelGains(), help="control of wheel speeds, for drives that have none of their own"
     )
     opens_within: float = parameter(
         30.0, "s", above=0.0, at_most=600.0, help="time in which the driver must connect"

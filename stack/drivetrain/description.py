@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stack.drivetrain.drivetrain import Drivetrain, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.drivetrain.skid_steered import Skid
+from stack.drivetrain.wheel_loop import NO_GAINS, WheelGains
 from stack.errors import Finding
 from stack.parameters import parameter
 from stack.types import CameraModel, FloatArray, Footprint, Imu, Pose2D
@@ -251,6 +252,7 @@ class RobotDescription:
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
         skid: sliding of the wheels in turns; for skid-steered drives only.
+        wheel_control: gains for wheels that are driven by efforts, in the simulation newton metres.
         lidar: the lidar called `lidar`; None without one.
         components: component choices and parameters of this robot, as raw values by kind
             ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}); those of the mission
@@ -261,6 +263,7 @@ class RobotDescription:
         depth_cameras: by name. One with a `scan` is a lidar as well, called NAME_scan.
         body: which body drives it unless the command line says otherwise.
         body_parameters: of that body, as raw values.
+        sensor_drivers: of real sensors, by sensor name: name of the driver and raw parameters.
         model: the URDF that the simulation loads: its root is the base frame, its meshes are named
             by absolute paths.
         warnings: about the robot file and the URDF.
@@ -289,7 +292,9 @@ class RobotDescription:
     model: str = ""
     warnings: tuple[Finding, ...] = ()
     body_parameters: Mapping[str, Any] = field(default_factory=dict)
+    sensor_drivers: Mapping[str, tuple[str, Mapping[str, Any]]] = field(default_factory=dict)
     actual: RobotDescription | None = None
+    wheel_control: WheelGains = NO_GAINS
 
     def drawn_by(self, renderer: str) -> RobotDescription:
         """Return the robot with this renderer for all simulated cameras: tiny, gl or auto."""

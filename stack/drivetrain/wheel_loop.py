@@ -83,8 +83,12 @@ class WheelGains:
     most: float = parameter(inf, above=0.0, help="largest effort")
 
 
+NO_GAINS = WheelGains()
+"""Of drives that control the speeds of their wheels themselves."""
+
+
 def loop_plan(
-    drivetrain: Drivetrain, dead_man: float, torque_off: float, gains: WheelGains = WheelGains()
+    drivetrain: Drivetrain, dead_man: float, torque_off: float, gains: WheelGains = NO_GAINS
 ) -> FloatArray:
     """Return the plan of a drive.
 

@@ -1,4 +1,4 @@
-"""The fast loop: a process of its own that holds the hardware, at 100 to 1000 Hz.
+"""The fast loop: a process of its own that holds the hardware, at 50 to 1000 Hz.
 
 It stops the robot when the brain, the process with the mission, is killed or frozen. Both share a
 mailbox in memory (`mailbox`) and a socket for encoded messages; neither ever waits for the other.

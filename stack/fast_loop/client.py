@@ -17,12 +17,14 @@ from typing import Any
 
 import numpy as np
 
+from stack.drivetrain.kernels import CYCLE
 from stack.drivetrain.wheel_loop import WHEELS
 from stack.errors import BodyError
 from stack.fast_loop.driver import driver_class
 from stack.fast_loop.kernels import (
     BIN_COUNT,
     BINS,
+    COUNT,
     CYCLES,
     OVERRUNS,
     TOTAL_WORK,
@@ -85,6 +87,8 @@ class FastLoop:
     def __init__(self, setup: LoopSetup) -> None:
         self.setup = setup
         build(driver_class(setup.driver).Parameters, dict(setup.parameters))
+        for kernel, types in (*CYCLE, *COUNT):
+            kernel.compile(types)  # for numba's cache: the process then has no time to wait for
         wheels, key = int(setup.plan[WHEELS]), secrets.token_bytes(32)
         self.mailbox = Mailbox(Mailbox.new_file(wheels), wheels, key)
         self._command = LoopCommand()

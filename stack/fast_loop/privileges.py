@@ -40,12 +40,6 @@ def acquire() -> list[Privilege]:
     ]
 
 
-def release() -> None:
-    """Give back the priority and the binding to a processor, for a measurement without them."""
-    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    os.sched_setaffinity(0, range(os.cpu_count() or 1))
-
-
 def _asked(name: str, ask: Callable[[], None], limit: str) -> Privilege:
     try:
         ask()

@@ -224,7 +224,7 @@ class GoalDrive(Drive):
             self.task.fail(
                 FailureCode.NO_VALID_PATH,
                 "there is no path to the goal; reached the nearest reachable pose "
-                f"({pose.x:.2f}, {pose.y:.2f}), {away}",
+                f"{self._tools.landmarks.name(pose)}, {away}",
             )
 
     def way_left(self, pose: Pose2D) -> float:

@@ -215,8 +215,8 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
     """Construct a parameter dataclass from raw values; each is converted and checked.
 
     Raises:
-        ParameterError: an unknown name (with the most similar known one), a wrong value, or two
-            values that contradict each other.
+        ParameterError: an unknown name (with the most similar known one), a required one that is
+            missing, a wrong value, or two values that contradict each other.
     """
     known = declarations(typing.cast("type", parameters))
     checked = {}
@@ -226,6 +226,9 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
             hint = suggestion(str(name), known)
             raise ParameterError(str(name), f"there is no parameter {name!r} here", hint)
         checked[name] = known[name].read(raw)
+    for name, declared in known.items():
+        if declared.required and name not in checked:
+            raise ParameterError(name, "is required", declared.help)
     instance = parameters(**checked)
     check_relations(instance, checked)
     return instance

@@ -1,4 +1,8 @@
-"""What has held the robot, and for how long: events, seconds for the report, and a sentence."""
+"""What has held the robot, and for how long: events, and a sentence for failures.
+
+A limitation holds the robot in a step if it takes more than half of the wanted velocity: whoever
+must stand loses all of it. The report of a run sums up the events (`held_seconds`).
+"""
 
 from __future__ import annotations
 
@@ -8,10 +12,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from stack.navigation.landmarks import Landmarks
+from stack.telemetry.records import Event
 from stack.types import Limitation, Pose2D
+from stack.types.limitations import SLOWER, STOPPED
 
 TOLD_AFTER = 1.0
 """Seconds for which the robot is held by one cause before an event tells it."""
+
+HELD_BELOW = 0.5
+"""Share of the wanted velocity below which a robot is held by what makes it slower."""
 
 GAP = 0.5
 """Seconds for which a cause may be absent and still count as one: it flickers with each scan."""
@@ -25,10 +34,10 @@ Emit = Callable[..., Any]
 
 @dataclass(slots=True)
 class Holdup:
-    """A time in which the robot stood, or was slower, for one cause.
+    """A time in which the robot stood, or was held to less than half its velocity, by one cause.
 
     Attributes:
-        stands: whether it stood.
+        effect: stopped | slower.
         cause: one of `stack.types.limitations.CAUSES`.
         begin: first step of it, seconds.
         last: last step of it.
@@ -38,7 +47,7 @@ class Holdup:
         is_told: whether an event has told its begin.
     """
 
-    stands: bool
+    effect: str
     cause: str
     begin: float
     last: float
@@ -59,27 +68,23 @@ class Holdups:
 
     def __init__(self, emit: Emit, period: float, landmarks: Landmarks) -> None:
         self._emit, self._period, self._landmarks = emit, period, landmarks
-        self._seconds: defaultdict[tuple[str, str], float] = defaultdict(float)
-        self._current: dict[tuple[bool, str], Holdup] = {}
+        self._current: dict[tuple[str, str], Holdup] = {}
         self._past: deque[Holdup] = deque()
 
-    def seconds(self) -> dict[str, dict[str, float]]:
-        """Seconds for which the robot was held: `stopped` | `slower` -> cause -> seconds."""
-        found: dict[str, dict[str, float]] = {"stopped": {}, "slower": {}}
-        for (effect, cause), seconds in sorted(self._seconds.items()):
-            found[effect][cause] = round(seconds, 3)
-        return found
-
-    def update(self, limitations: Iterable[Limitation], pose: Pose2D, now: float) -> None:
+    def update(
+        self, limitations: Iterable[Limitation], pose: Pose2D, now: float, kept: float
+    ) -> None:
         """Take what limits the robot in this step.
 
         Args:
             limitations: of this step.
             pose: of the base, map frame.
             now: seconds.
+            kept: share of the wanted velocity that is driven.
         """
         for limitation in limitations:
-            self._add(limitation, pose, now)
+            if limitation.stands or kept < HELD_BELOW:
+                self._add(limitation, pose, now)
         for key, holdup in list(self._current.items()):
             if holdup.last < now - GAP:
                 del self._current[key]
@@ -94,7 +99,7 @@ class Holdups:
         inside = [
             (min(span.held, span.last - max(span.begin, since) + self._period), span)
             for span in spans
-            if span.stands and span.last >= since
+            if span.last >= since
         ]
         by_cause: defaultdict[str, float] = defaultdict(float)
         for seconds, span in inside:
@@ -109,9 +114,7 @@ class Holdups:
         return f"held {by_cause[cause]:.1f} of {length:.1f} s: {self._told(newest)}"
 
     def _add(self, limitation: Limitation, pose: Pose2D, now: float) -> None:
-        effect = "stopped" if limitation.stands else "slower"
-        self._seconds[effect, limitation.cause] += self._period
-        key = limitation.stands, limitation.cause
+        key = STOPPED if limitation.stands else SLOWER, limitation.cause
         holdup = self._current.get(key)
         if holdup is None:
             holdup = Holdup(*key, begin=now, last=now, held=0.0, text="")
@@ -121,7 +124,7 @@ class Holdups:
         if limitation.at is not None:
             there = pose.compose(Pose2D(*limitation.at))
             holdup.place = there.x, there.y
-        if holdup.stands and not holdup.is_told and now - holdup.begin >= TOLD_AFTER:
+        if not holdup.is_told and now - holdup.begin >= TOLD_AFTER:
             holdup.is_told = True
             self._emit("held", self._told(holdup), **_fields(holdup))
 
@@ -142,4 +145,35 @@ class Holdups:
 
 def _fields(holdup: Holdup) -> dict[str, Any]:
     place = () if holdup.place is None else holdup.place
-    return {"cause": holdup.cause, "begin": holdup.begin, "place": list(place)}
+    return {
+        "effect": holdup.effect, "cause": holdup.cause, "begin": holdup.begin, "place": list(place),
+    }  # fmt: skip
+
+
+def held_seconds(events: Iterable[Event], end: float) -> dict[str, dict[str, float]]:
+    """Return the seconds of the hold-ups in events: `stopped` | `slower` -> cause -> seconds.
+
+    Args:
+        events: of a run; others than `held` and `held_end` are ignored.
+        end: of the run, seconds: until then a hold-up lasts that has not ended.
+    """
+    begun: dict[tuple[str, str], float] = {}
+    seconds: defaultdict[tuple[str, str], float] = defaultdict(float)
+    for event in events:
+        key = str(event.fields.get("effect", STOPPED)), str(event.fields.get("cause", ""))
+        if event.kind == "held":
+            begun[key] = _number(event.fields.get("begin"), event.time)
+        elif event.kind == "held_end":
+            begin = begun.pop(key, event.time)
+            seconds[key] += _number(event.fields.get("seconds"), event.time - begin)
+    for key, begin in begun.items():
+        seconds[key] += end - begin
+    found: dict[str, dict[str, float]] = {STOPPED: {}, SLOWER: {}}
+    for (effect, cause), length in sorted(seconds.items()):
+        found.setdefault(effect, {})[cause] = round(length, 3)
+    return found
+
+
+def _number(value: object, default: float) -> float:
+    """A figure of an event; another version may have written something else."""
+    return float(value) if isinstance(value, int | float) else default

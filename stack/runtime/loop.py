@@ -135,7 +135,8 @@ class Runtime:
                 contact=wanted.contact,
             )  # fmt: skip
         now = p.body.time
-        p.holdups.update(self._holding(), perceived.estimate.pose, now)
+        kept = self.command.twist.share_of(wanted.twist)
+        p.holdups.update(self._holding(), perceived.estimate.pose, now, kept)
         p.body.command(
             BodyCommand(
                 self.command.twist,
@@ -371,8 +372,8 @@ class Runtime:
         return wanted if self.parts.perceiver.odometry.is_ready else WantedTwist(STANDSTILL)
 
     def _slept(self) -> float:
-        """Wall seconds that the body has slept to keep its pace; these are not compute time."""
-        return 0.0 if self._world is None else self._world.slept
+        """Wall seconds that the body has slept; these are not compute time."""
+        return self.parts.body.slept
 
     def _install_next_tree(self) -> None:
         if self._next_tree is not None and self.is_standing and not self.state.is_over:

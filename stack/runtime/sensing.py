@@ -32,6 +32,7 @@ class Sensing:
         self._own_body = OwnBody(robot)
         self._rates = SensorRates(robot)
         self.health: BodyHealth = HEALTHY
+        self._begin: float | None = None
         self.image: Image | None = None
         self.depth_image: DepthImage | None = None
 
@@ -48,6 +49,7 @@ class Sensing:
             level = "error" if health.problem else "info"
             self._parts.telemetry.emit("body", text, source="body", level=level)
         self._record(observation)
+        observation = self._since_begin(observation)
         self._rates.update(observation)
         observation = self._with_usable_pictures(observation, pose)
         self.image = next(iter(observation.of(Image).values()), self.image)
@@ -65,6 +67,19 @@ class Sensing:
             return observation
         corrected = described.corrected(measured)
         return Observation(observation.time, {**observation.measurements, "imu": corrected})
+
+    def _since_begin(self, observation: Observation) -> Observation:
+        """Return the observation without what was measured before the first one.
+
+        A real robot's sensors run already then, and there is no pose for what they saw.
+        """
+        if self._begin is None:
+            self._begin = observation.time
+        begin = self._begin
+        if all(one.stamp >= begin for one in observation.measurements.values()):
+            return observation
+        kept = {name: one for name, one in observation.measurements.items() if one.stamp >= begin}
+        return Observation(observation.time, kept)
 
     def sensors(self) -> tuple[SensorState, ...]:
         """How often each sensor delivers."""

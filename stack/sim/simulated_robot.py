@@ -99,7 +99,9 @@ class SimulatedRobot:
         self._plan_rates(description)
         self.clearance = CLEARANCE_REACH
         self._events: list[SimulationEvent] = []
-        self.drive = WheelController(description.drivetrain, PHYSICS_PERIOD)
+        self.drive = WheelController(
+            description.drivetrain, PHYSICS_PERIOD, description.wheel_control
+        )
         self._odometry = Odometry(description, seed)
         self._lidars = {
             name: Lidar(
@@ -155,7 +157,9 @@ class SimulatedRobot:
 
     def drive_wheels(self) -> None:
         """Apply the wheel controller's set point of the next physics step."""
-        if self.drive.advance():
+        if self.drive.controls_torques:
+            self._turn_wheels()
+        elif self.drive.advance():
             self._set_wheels()
 
     def update_scene(self, time: float, period: float, truth: GroundTruth) -> None:
@@ -297,7 +301,17 @@ class SimulatedRobot:
         )
         self._clearance_schedule = physics_schedule(CLEARANCE_RATE)
 
+    def _turn_wheels(self) -> None:
+        """Control the speeds of the wheels by torques, as a driver without speed control does."""
+        motion, physics = self._wheel_motion, self.physics
+        torques = self.drive.torques(motion.encoder_speeds(physics.wheel_speeds()))
+        physics.set_wheel_torques(*motion.motor_torques(torques))
+        if steering := self.drive.wheels.steering:
+            physics.steer(steering)
+
     def _set_wheels(self) -> None:
+        if self.drive.controls_torques:
+            return  # in the next physics step
         wheels = self.drive.wheels
         self.physics.set_wheel_speeds(*self._wheel_motion.motor_speeds(wheels.speeds))
         if wheels.steering:

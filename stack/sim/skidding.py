@@ -28,6 +28,14 @@ class Rolling:
         """Angles of the real wheels from those in the physics, radians."""
         return angles
 
+    def encoder_speeds(self, speeds: Sequence[float]) -> Sequence[float]:
+        """Speeds of the real wheels from those in the physics, rad/s."""
+        return speeds
+
+    def motor_torques(self, torques: Sequence[float]) -> Sequence[float]:
+        """Torques on the wheels in the physics from those on the real wheels, N m."""
+        return torques
+
     def update(self, floor: int) -> bool:
         """Update the sliding on a floor (number of the friction zone); return if it changed."""
         return False
@@ -73,6 +81,14 @@ class Skidding(Rolling):
         self._angles = [angle + step for angle, step in zip(self._angles, rolled, strict=True)]
         self._rolled += self._radius * sum(map(abs, rolled)) / len(rolled)
         return self._angles
+
+    def encoder_speeds(self, speeds: Sequence[float]) -> Sequence[float]:
+        """Speeds of the real wheels, rad/s."""
+        return _about_mean(speeds, self.track / self._axle)
+
+    def motor_torques(self, torques: Sequence[float]) -> Sequence[float]:
+        """Torques on the wheels of the axle, N m, with the power of those on the real wheels."""
+        return _about_mean(torques, self.track / self._axle)
 
     def update(self, floor: int) -> bool:
         """Draw the distance between the centres for the way rolled since the last call."""

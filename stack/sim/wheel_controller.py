@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 
 from stack.body import DEAD_MAN
@@ -12,12 +13,18 @@ from stack.drivetrain.wheel_loop import (
     ANGULAR,
     CHANGED,
     COMMAND,
+    EFFORTS,
+    ERRORS,
+    INTEGRALS,
     LATERAL,
     LINEAR,
+    MEASURED_SPEEDS,
+    NO_GAINS,
     SILENCE,
     SPEEDS,
     STEERING,
     STEERING_ANGLES,
+    WheelGains,
     block,
     loop_plan,
     loop_state,
@@ -28,15 +35,23 @@ from stack.types import STANDSTILL, Twist
 class WheelController:
     """Runs the wheel loop of real robots (stack/drivetrain/kernels.py) once per physics step.
 
-    The physics controls the speeds of the wheels, and a motor without torque stands.
+    Without gains the physics controls the speeds of the wheels; with gains the loop does, by their
+    torques in newton metres.
+
+    Args:
+        drivetrain: of the robot.
+        period: of the physics, seconds.
+        gains: of the wheels.
     """
 
-    def __init__(self, drivetrain: Drivetrain, period: float) -> None:
+    def __init__(self, drivetrain: Drivetrain, period: float, gains: WheelGains = NO_GAINS) -> None:
         self._drivetrain, self._period = drivetrain, period
+        self.controls_torques = gains != NO_GAINS
         self._dead_man_steps = round(DEAD_MAN / period)
-        self._plan = loop_plan(drivetrain, DEAD_MAN, inf)
+        self._plan = loop_plan(drivetrain, DEAD_MAN, inf, gains)
         self._state = loop_state(self._plan, period)
-        self._speeds = block(self._state, SPEEDS)
+        self._speeds, self._efforts = block(self._state, SPEEDS), block(self._state, EFFORTS)
+        self._measured = block(self._state, MEASURED_SPEEDS)
         self._command = STANDSTILL
         self._steps_since_command = self._dead_man_steps
         self._settled = True
@@ -58,6 +73,20 @@ class WheelController:
         self._command, self._settled = STANDSTILL, True
         self._state[COMMAND : COMMAND + 3] = 0.0
         self._state[LINEAR] = self._state[ANGULAR] = self._state[LATERAL] = 0.0
+        for memory in (INTEGRALS, ERRORS):
+            block(self._state, memory)[:] = 0.0
+
+    def torques(self, speeds: Sequence[float]) -> Sequence[float]:
+        """Advance by one physics step; return the torques of the driven wheels, N m.
+
+        Args:
+            speeds: measured, of the driven wheels, rad/s.
+        """
+        self._measured[:] = speeds
+        self._settled = False
+        self.advance()
+        torques: list[float] = self._efforts.tolist()
+        return torques
 
     def advance(self) -> bool:
         """Advance by one physics step; return whether wheel speeds or steering changed."""
@@ -73,7 +102,11 @@ class WheelController:
 
     def skip(self, steps: int) -> bool:
         """Advance by `steps` physics steps if nothing changes in them; return whether it did."""
-        if not self._settled or self._steps_since_command + steps > self._dead_man_steps:
+        if (
+            self.controls_torques
+            or not self._settled
+            or self._steps_since_command + steps > self._dead_man_steps
+        ):
             return False
         self._steps_since_command += steps
         return True

@@ -92,6 +92,11 @@ class Twist:
         speed = hypot(self.linear, self.lateral)
         return speed < STANDING_SPEED and abs(self.angular) < STANDING_TURN
 
+    def share_of(self, wanted: Twist) -> float:
+        """Return the share that this velocity is of a wanted one of the same arc; 1 of none."""
+        most = hypot(wanted.linear, wanted.lateral, wanted.angular)
+        return hypot(self.linear, self.lateral, self.angular) / most if most > 0.0 else 1.0
+
 
 STANDSTILL = Twist()
 

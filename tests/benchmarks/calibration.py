@@ -136,6 +136,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("what", choices=["odometry", "lidar"])
     parser.add_argument("robot")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--precision", type=float, default=0.0012)
     parser.add_argument("--longest", type=float, default=1500.0)
@@ -144,7 +145,7 @@ def main() -> None:
     limits, trials = DriveLimits(given.precision, given.longest), []
     trial_of = odometry_trial if given.what == "odometry" else lidar_trial
     factors = np.array([100.0] * 4 if given.what == "odometry" else [1000.0, 1000.0, 180.0 / np.pi])
-    for seed in range(given.seeds):
+    for seed in range(given.first, given.first + given.seeds):
         trial = trial_of(given.robot, seed, limits, given.slip)
         trials.append(trial)
         errors = "  ".join(

@@ -34,7 +34,7 @@ SPEED, PERIOD, COMMANDS = 0.8, 0.05, 12
 SCOUT, STIFF = 1.5, 40.0
 """Decelerations, m/s²: of the robot scout, and one that stops the wheels in 0.02 s."""
 LAG = "1 ms"
-WAITS = 60.0
+WAITS = 120.0
 """Wall seconds: longest wait for another process."""
 
 
@@ -80,21 +80,33 @@ class Stop:
     gap: float
 
 
-def stop_after(number: signal.Signals, deceleration: float) -> Stop:
-    """Send a signal to a brain that drives; return what its wheels did."""
+def stops_after(number: signal.Signals, deceleration: float, count: int = 1) -> list[Stop]:
+    """Send a signal to a brain that drives, several times; return what its wheels did.
+
+    A killed brain is replaced, a frozen one continued.
+    """
+    if number == signal.SIGKILL and count > 1:
+        return [stop for _ in range(count) for stop in stops_after(number, deceleration)]
+    found: list[Stop] = []
     with tempfile.TemporaryDirectory() as name, _brain(Path(name), deceleration) as process:
-        folder = Path(name)
-        _await(lambda: process.poll() is not None or len(_lines(folder / "brain")) > COMMANDS)
-        assert process.poll() is None, "the brain ended by itself"
-        process.send_signal(number)
-        sent = time.monotonic()  # noqa: TID251
-        _await(lambda: any(line[0] == "stands" for line in _lines(folder / "wheels")))
-        last_command = float(_lines(folder / "brain")[-1][1])
-        alive = last_command if number == signal.SIGSTOP else sent
-        wheels = _lines(folder / "wheels")
-        began = next(float(line[1]) for line in wheels if line[0] == "level1")
-        stood, gap = next((float(a), float(b)) for word, a, b in wheels if word == "stands")
-        return Stop(began - alive, stood - alive, gap)
+        commands, wheels, known = Path(name) / "brain", Path(name) / "wheels", 0
+        for _ in range(count):
+            wanted = len(_lines(commands)) + COMMANDS
+            _await(lambda n=wanted: process.poll() is not None or len(_lines(commands)) > n)
+            assert process.poll() is None, "the brain ended by itself"
+            process.send_signal(number)
+            sent = time.monotonic()  # noqa: TID251
+            _await(lambda n=known: any(line[0] == "stands" for line in _lines(wheels)[n:]))
+            last_command = float(_lines(commands)[-1][1])
+            alive = last_command if number == signal.SIGSTOP else sent
+            new = _lines(wheels)[known:]
+            began = next(float(line[1]) for line in new if line[0] == "level1")
+            stood, gap = next((float(a), float(b)) for word, a, b in new if word == "stands")
+            found.append(Stop(began - alive, stood - alive, gap))
+            if number == signal.SIGSTOP:
+                known = len(_lines(wheels))
+                process.send_signal(signal.SIGCONT)
+    return found
 
 
 @contextmanager
@@ -152,7 +164,7 @@ def measure(count: int) -> None:
     print(f"{'':26}{'count':>6}{'noticed':>9}{'worst':>8}{'stood':>8}{'worst':>8}{'gap':>7}  ms")
     for number in (signal.SIGKILL, signal.SIGSTOP):
         for deceleration in (STIFF, SCOUT):
-            stops = [stop_after(number, deceleration) for _ in range(count)]
+            stops = stops_after(number, deceleration, count)
             noticed, stood = [s.noticed for s in stops], [s.stood for s in stops]
             gap = max(s.gap for s in stops)
             figures = (median(noticed), max(noticed), median(stood), max(stood), gap)

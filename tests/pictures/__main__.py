@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import importlib.util
+import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 from tests.benchmarks.origin import ROOT
-from tests.pictures.chromium import NoChromium, chromium, html_to_png, svgs_to_pngs
+from tests.pictures.chromium import NoChromium, chromium, html_to_png, shrink, svgs_to_pngs
 from tests.pictures.exported import write_topics
 from tests.pictures.runs import run_folder
 from tests.pictures.screens import VISITS, drawn
@@ -86,12 +86,15 @@ def draw_report(gallery: Gallery, runs: Path) -> None:
 
 def draw_rerun(gallery: Gallery, runs: Path) -> None:
     """Draw rerun's viewer."""
-    if gallery.wants("rerun") and importlib.util.find_spec("tests.pictures.rerun_picture"):
-        subprocess.run(
-            [sys.executable, "-m", "tests.pictures.rerun_picture",
-             str(run_folder("kidnapped", runs)), str(gallery.file("rerun"))],
-            cwd=ROOT, check=True,
-        )  # fmt: skip
+    if not gallery.wants("rerun"):
+        return
+    file = gallery.file("rerun")
+    subprocess.run(
+        [sys.executable, "-m", "tests.pictures.rerun_picture", str(run_folder("kidnapped", runs)),
+         str(file)],
+        cwd=ROOT, check=True,
+    )  # fmt: skip
+    shrink(file)
 
 
 def main() -> int:
@@ -110,6 +113,7 @@ def main() -> int:
     except NoChromium as error:
         print(error, file=sys.stderr)
         return 2
+    os.environ["TERM"] = "xterm-256color"  # with any other, the screens might be ASCII
     gallery = Gallery(options.all, options.only)
     with tempfile.TemporaryDirectory() as passing:
         runs = options.runs or Path(passing)

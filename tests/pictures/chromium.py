@@ -74,6 +74,13 @@ def html_to_png(html: Path, png: Path, width: int, dark: bool) -> None:
             _write(picture.crop((0, 0, width, _end(picture))), png)
 
 
+def shrink(png: Path) -> None:
+    """Write a picture again with 256 colours."""
+    with Image.open(png) as picture:
+        picture.load()
+    _write(picture, png)
+
+
 def _end(picture: Image.Image) -> int:
     """Rows of a page down to the last one that is not empty paper, and a margin."""
     corner = (picture.width - 2, picture.height - 2)

@@ -17,18 +17,16 @@ class Recorded:
     Attributes:
         mission: name of a shipped mission.
         seed: of the run; the same run gives the same pictures, apart from compute times and memory.
-        options: further arguments of `treepilot run`.
     """
 
     mission: str
     seed: int
-    options: tuple[str, ...] = ()
 
 
 RUNS = {
     "office": Recorded("02_office_patrol", 7),
-    "red_box": Recorded("33_find_the_red_box", 1, ("--record", "sensors", "--no-rerun")),
-    "corridor": Recorded("03_blocked_corridor", 7, ("--no-rerun",)),
+    "red_box": Recorded("33_find_the_red_box", 1),
+    "corridor": Recorded("03_blocked_corridor", 7),
     "kidnapped": Recorded("05_kidnapped", 7),
 }
 
@@ -40,7 +38,7 @@ def run_folder(name: str, folder: Path) -> Path:
         print(f"running {run.mission}", flush=True)
         subprocess.run(
             [sys.executable, "-m", "treepilot", "run", run.mission, "--seed", str(run.seed),
-             "--headless", "--speed", "max", "--out", str(found), *run.options],
+             "--headless", "--speed", "max", "--out", str(found)],
             cwd=ROOT, check=True, stdout=subprocess.DEVNULL,
         )  # fmt: skip
     return found

@@ -6,23 +6,17 @@ from the engine, and a clock that only the pictures move.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-from stack.telemetry.hub import SENSORS
 from stack.telemetry.records import Snapshot
-from stack.telemetry.sensor_log import read_observations
-from stack.telemetry.small_picture import small_picture
 from stack.telemetry.snapshots.recording import SnapshotRecording
-from stack.types import Image
 from tui.app import Dashboard
 from tui.replay.app import ReplayDashboard
 from tui.replay.player import Player
 from tui.run_view import RunView
-
-THEMES = ("dark",)
+from tui.terminal.themes import THEMES
 
 STEP = 0.25
 """Robot time between two refreshes, s."""
@@ -79,28 +73,18 @@ VISITS = (
 
 
 class Watched(Player):
-    """A recorded run as a live one, with the camera's pictures if they were recorded."""
+    """A recorded run as a live one: each refresh of the dashboard is STEP later."""
 
     def __init__(self, folder: Path, begin: float) -> None:
         self.wall = 0.0
         super().__init__(SnapshotRecording(folder), lambda: self.wall)
         self.seek(begin)
-        log = folder / SENSORS
-        self._images = sorted(
-            (one for seen in (read_observations(log) if log.is_file() else ())
-             for one in seen.measurements.values() if isinstance(one, Image)),
-            key=lambda image: image.stamp,
-        )  # fmt: skip
-        self._stamps = [image.stamp for image in self._images]
 
     def poll(self) -> Snapshot | None:
-        """The snapshot at the head, with the newest picture before it."""
+        """The snapshot at the head."""
         snapshot = super().poll()
         self.wall += STEP
-        newest = bisect_right(self._stamps, self.time)
-        if snapshot is None or not newest:
-            return snapshot
-        return replace(snapshot, image=small_picture(self._images[newest - 1]))
+        return snapshot
 
 
 async def drawn(
@@ -130,13 +114,15 @@ async def drawn(
         while player.time < visit.at:
             app.refresh_now()
         player.toggle()
+        await pilot.pause()  # the footer comes late
         for screen in visit.screens:
             await pilot.press(*screen.keys)
             app.refresh_now()
             await pilot.pause()
             for theme in THEMES:
                 if wanted(name := names[screen, theme]):
-                    yield name, app.export_screenshot(simplify=True)
+                    app.show_theme(theme)
+                    yield name, app.export_screenshot()
             while len(app.screen_stack) > 1:
                 await pilot.press("escape")
             await pilot.press("escape", "2")

@@ -120,7 +120,10 @@ def test_robots_are_found_by_name_and_by_path(tmp_path):
         find_robot("skout", mission)
 
 
-MASSES = {"scout": 12.0, "scout_depth": 12.0, "jackal": 17.0, "glide": 8.5, "buggy": 16.0}
+MASSES = {
+    "scout": 12.0, "scout_depth": 12.0, "scout_rover": 12.0, "jackal": 17.0, "glide": 8.5,
+    "buggy": 16.0,
+}  # fmt: skip
 
 
 def steering_joints(robot):

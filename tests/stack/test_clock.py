@@ -90,3 +90,26 @@ def test_a_device_that_slept_is_believed_after_some_seconds():
     ]
     assert errors[0] == pytest.approx(-5.0, abs=0.01)
     assert clock.restarts == 1 and abs(errors[-1]) < 0.01
+
+
+def test_a_clock_that_does_not_run_yet_teaches_nothing():
+    """A simulation that has not begun sends the time 0 again and again."""
+    clock, rng = DeviceClock(), random.Random(5)
+    for n in range(60):
+        clock.convert(0.0, 10.0 + 0.05 * n)
+    for stamp, arrival, true in messages(rng, 0.05, 5, 13.0, lost=0.0, late=0.0):
+        assert clock.convert(stamp, arrival) - true < 0.02
+    assert clock.restarts == 0
+
+
+def test_a_clock_that_stood_for_a_moment_is_followed_within_seconds():
+    """A simulation that cannot keep up with the wall clock loses half a second now and then."""
+    clock, rng = DeviceClock(), random.Random(6)
+    for stamp, arrival, _ in messages(rng, 0, 30, 7.0, lost=0.0, late=0.0):
+        clock.convert(stamp, arrival)
+    errors = [
+        clock.convert(stamp, arrival) - true
+        for stamp, arrival, true in messages(rng, 30, 40, 7.5, lost=0.0, late=0.0)
+    ]
+    assert errors[0] == pytest.approx(-0.5, abs=0.01)
+    assert all(abs(error) < 0.01 for error in errors[round(4.5 * RATE) :])

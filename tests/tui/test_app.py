@@ -20,7 +20,7 @@ from tui.panes.events_pane import EventsPane
 from tui.panes.map_pane import MapPane
 from tui.panes.tree_pane import TreePane
 from tui.run_view import PANES
-from tui.screens import Help, Question
+from tui.screens import Question
 
 
 @pytest.fixture
@@ -59,12 +59,6 @@ def test_every_key_names_an_action_that_takes_its_arguments():
 def test_no_key_has_two_meanings():
     names = [name for key in KEYS for name in key.keys.split(",")]
     assert len(names) == len(set(names))
-
-
-async def test_space_stops_at_once(pilot, source):
-    await pilot.press("space")
-    assert kinds(source) == ["estop"]
-    assert source.sent[0].arguments == {"reason": "operator"}
 
 
 async def press_space_everywhere(pilot, source, openings, *, dialogs):
@@ -151,19 +145,6 @@ async def test_typed_markup_is_no_markup(pilot, source):
     await pilot.pause()
     assert source.sent == []
     assert "'[/]': expected a number" in str(pilot.app.screen.query_one("#hint").render())
-
-
-async def test_r_releases(pilot, source):
-    await pilot.press("R")
-    assert kinds(source) == ["release"]
-
-
-async def test_p_pauses_and_goes_on(pilot, source):
-    await pilot.press("p")
-    refresh(pilot, state=MissionState.PAUSED)
-    await pilot.press("p")
-    assert kinds(source) == ["pause", "resume"]
-    assert "PAUSED" in banner_text(pilot)
 
 
 async def test_the_arrows_drive_while_the_mission_lets_the_operator(pilot, source):
@@ -288,16 +269,6 @@ async def test_l_goes_through_the_levels(pilot):
     assert counts == [11, 3, 1, 12, 11]
 
 
-async def test_digits_go_to_panes_and_z_fills_the_screen(pilot):
-    for key, name in zip("12345", PANES, strict=True):
-        await pilot.press(key)
-        assert pilot.app.focused.id == name
-        await pilot.press("z")
-        assert pilot.app.screen.query_one(f"#{name}").size.width > 100
-        await pilot.press("z")
-        assert not pilot.app.screen.has_class(f"full-{name}")
-
-
 async def test_a_pane_without_room_comes_over_the_whole_screen(source):
     async with Dashboard(source, live=False).run_test(size=(60, 20)) as pilot:
         for key, name in zip("12345", PANES, strict=True):
@@ -310,23 +281,6 @@ async def test_a_pane_without_room_comes_over_the_whole_screen(source):
             pilot.app.refresh_now()
             assert pilot.app.query_one(MapPane).size.width >= 30
             assert pilot.app.focused.size.width > 0
-
-
-async def test_help_shows_every_key(pilot):
-    await pilot.press("question_mark")
-    assert isinstance(pilot.app.screen, Help)
-    shown = str(pilot.app.screen.query_one("Static").render())
-    assert all(key.sentence in shown for key in KEYS)
-    await pilot.press("q")
-    assert not isinstance(pilot.app.screen, Help)
-
-
-async def test_ctrl_c_interrupts_a_run_that_was_begun_here(source):
-    app = Dashboard(source, live=False, owns_run=True)
-    async with app.run_test(size=(120, 40)) as pilot:
-        app.refresh_now()
-        await pilot.press("ctrl+c")
-    assert app.return_value == "interrupt"
 
 
 @pytest.mark.parametrize(
@@ -378,14 +332,6 @@ async def test_an_engine_of_another_version_is_told(pilot, source):
     assert "install the same treepilot" in banner_text(pilot)
     await pilot.press("q")
     assert pilot.app.return_value == "lost"
-
-
-async def test_the_emergency_stop_colours_the_screen(pilot):
-    refresh(pilot, state=MissionState.EMERGENCY_STOP, reason="operator")
-    assert pilot.app.screen.has_class("stopped")
-    assert "R releases it" in banner_text(pilot)
-    refresh(pilot, state=MissionState.RUNNING)
-    assert not pilot.app.screen.has_class("stopped")
 
 
 async def test_news_comes_in_while_a_question_is_open(pilot, source):

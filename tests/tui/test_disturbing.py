@@ -26,11 +26,6 @@ def sent(pilot):
     return [(command.kind, dict(command.arguments)) for command in pilot.app.source.sent]
 
 
-async def test_single_keys_drop_a_box_and_move_a_door(pilot):
-    await pilot.press("B", "O")
-    assert sent(pilot) == [("drop_box", {}), ("move_door", {})]
-
-
 async def test_the_robot_is_lifted_to_a_place_on_the_map(pilot):
     await pilot.press("L", "right")
     draft = pilot.app.query_one(MapPane).draft

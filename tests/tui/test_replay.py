@@ -14,47 +14,19 @@ from stack.telemetry.records import Command
 from stack.telemetry.snapshots.log import SnapshotLog
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from tests.stack.telemetry.synthetic_run import SyntheticRun
-from tui.drawing.canvas import HALF_BLOCK
-from tui.panes.banner import Banner
+from tests.tui.recorded_run import EVENTS, Wall, record
 from tui.panes.events_pane import EventsPane
 from tui.panes.map_pane import MapPane
-from tui.panes.status_bar import StatusBar
 from tui.panes.tree_pane import TreePane
 from tui.replay.app import AskTime, ReplayDashboard, seconds_of
 from tui.replay.player import Player
-from tui.screens import Help
-
-SECONDS = 30
-EVENTS = {4.0: "info", 11.0: "warning", 17.0: "error", 17.05: "info"}
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Half a minute of a run, with four events and three changes of nodes."""
-    path, run = tmp_path_factory.mktemp("run"), SyntheticRun()
-    parameters = RecordingParameters()
-    sinks = [Recorder(RunFolder(path)), SnapshotLog(path / SNAPSHOTS, parameters)]
-    telemetry, before = Telemetry(run.info(), sinks), {}
-    for step in range(SECONDS * 20):
-        time = step * 0.05
-        telemetry.advance(step, time)
-        level = EVENTS.get(round(time, 2))
-        if level:
-            telemetry.emit("say", f"it is {time:g}", source="mission", level=level)
-        for row in run.tree_at(time):
-            if before.get(row.id, row.status) != row.status:
-                telemetry.emit("node_status", "", source="tree", node=row.id, to=row.status)
-            before[row.id] = row.status
-        telemetry.publish(lambda time=time: run.snapshot_at(time))
-    telemetry.close(None)
+    path = tmp_path_factory.mktemp("run")
+    record(path)
     return path
-
-
-class Wall:
-    now = 50.0
-
-    def __call__(self):
-        return self.now
 
 
 @pytest.fixture
@@ -120,12 +92,6 @@ async def test_it_plays_in_real_time_and_stops_at_the_end(pilot, player, wall):
     await press(pilot, "space")  # from the beginning again
     assert player.is_playing
     assert pilot.app.snapshot.time < 0.3
-
-
-async def test_it_says_that_it_is_a_replay(pilot, wall):
-    watch(pilot, wall, 1.0)
-    bar = pilot.app.query_one(StatusBar)
-    assert "REPLAY" in "".join(segment.text for segment in bar.render_line(0))
 
 
 async def test_pause_and_steps(pilot, player, wall):
@@ -218,18 +184,6 @@ def test_commands_are_refused(player, kind):
         player.send(Command("1", kind))
 
 
-async def test_keys_that_command_do_nothing_but_help_lists_its_own(pilot, wall):
-    watch(pilot, wall, 1.0)
-    for key in ("a", "e", "g", "i", "R", "b"):
-        await press(pilot, key)
-        assert len(pilot.app.screen_stack) == 1
-    assert not pilot.app.query_one(Banner).display
-    await press(pilot, "question_mark")
-    assert isinstance(pilot.app.screen, Help)
-    await press(pilot, "escape", "q")
-    assert pilot.app.return_value == "leave"
-
-
 def test_a_run_that_is_still_written_is_followed(tmp_path, wall):
     run = SyntheticRun()
     sinks = [
@@ -263,18 +217,3 @@ def test_a_run_that_is_still_written_is_followed(tmp_path, wall):
     player.poll()
     assert not player.is_playing
     player.close()
-
-
-async def test_health_plots_and_camera_show_a_recorded_run_too(pilot, wall):
-    watch(pilot, wall, 2.0)
-    for key, word in (("H", "a recorded run"), ("P", "speed m/s"), ("C", 20 * chr(HALF_BLOCK))):
-        await pilot.press(key)
-        await pilot.pause()
-        watch(pilot, wall, 0.5)
-        await pilot.pause()
-        rows = [widget for widget in pilot.app.screen.query("*") if widget.size.height]
-        shown = "\n".join(
-            widget.render_line(y).text for widget in rows for y in range(widget.size.height)
-        )
-        assert word in shown, key
-        await pilot.press("escape")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import subprocess
 import sys
 import termios
@@ -21,6 +22,17 @@ from tests.tui.terminal_screen import TerminalScreen
 ROOT = Path(__file__).parents[2]
 PATIENCE = 20.0
 MAIN_SCREEN = "\x1b[?1049l"
+
+
+SIXTEEN = {str(first + n) for first in (30, 40, 90, 100) for n in range(8)}
+"""SGR parameters of the 16 colours."""
+
+
+def colours_of(output: str) -> set[str]:
+    """The SGR parameters of colours but the default ones; 38 and 48 for all beyond the 16."""
+    found = re.sub(r"\b([34]8);(?:5;\d+|2;\d+;\d+;\d+)", r"\1", output)
+    numbers = {n for part in re.findall(r"\x1b\[([\d;]*)m", found) for n in part.split(";")}
+    return {n for n in numbers if n.isdigit() and int(n) >= 30} - {"39", "49"}
 
 
 class Terminal:
@@ -106,22 +118,29 @@ def open_terminal(tmp_path) -> Iterator[Callable[..., Terminal]]:
 
 
 @pytest.mark.parametrize(
-    ("environment", "ascii_only"),
+    ("environment", "colours", "ascii_only"),
     [
-        ({"NO_COLOR": "1"}, False),
-        ({"TERM": "xterm"}, False),
-        ({"LC_ALL": "C"}, False),
-        ({"TERM": "vt100"}, True),
-        ({"PYTHONIOENCODING": "ascii"}, True),
-        ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, True),
+        ({"NO_COLOR": "1"}, set(), False),
+        ({"TREEPILOT_THEME": "none"}, set(), False),
+        ({"TERM": "xterm"}, SIXTEEN, False),
+        ({"TREEPILOT_THEME": "16", "NO_COLOR": "1"}, SIXTEEN, False),
+        ({"TERM": "linux"}, SIXTEEN, True),
+        ({"TREEPILOT_THEME": "light"}, {"38", "48"}, False),
+        ({"LC_ALL": "C"}, {"38", "48"}, False),
+        ({"TERM": "vt100"}, None, True),
+        ({"PYTHONIOENCODING": "ascii"}, {"38", "48"}, True),
+        ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, {"38", "48"}, True),
     ],
-    ids=["NO_COLOR", "16 colours", "C locale", "vt100", "ascii", "C locale without UTF-8"],
-)
-def test_a_poor_terminal_shows_all_the_words(open_terminal, environment, ascii_only):
+    ids=["NO_COLOR", "none", "xterm", "16 colours", "linux", "light", "C locale", "vt100", "ascii",
+         "C locale without UTF-8"],
+)  # fmt: skip
+def test_a_poor_terminal_shows_all_the_words(open_terminal, environment, colours, ascii_only):
     terminal = open_terminal(**environment)
     for words in ("Office patrol", "Mission tree", "go to lab", "NO_PROGRESS", "E-STOP"):
         terminal.shows(words)
     assert terminal.written.isascii() == ascii_only
+    if colours is not None:
+        assert colours_of(terminal.written) <= colours
     terminal.press("q")
     assert terminal.outcome()[:2] == ("over", "")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +18,17 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from stack.types.printable import printable
-from tui.drawing.palette import BACKDROP, css
+from tui.drawing.palette import BACKDROP, DIM, css
 
 
 class Lines(Widget):
-    """Widget of ready lines; of a new content it refreshes only the lines that differ."""
+    """Widget of ready lines; of a new content it refreshes only the lines that differ.
 
+    Attributes:
+        EMPTY: sentence in the middle while there are no lines.
+    """
+
+    EMPTY: ClassVar[str] = ""
     _strips: list[Strip]
 
     def __init__(self, id: str | None = None, classes: str | None = None) -> None:
@@ -48,6 +54,8 @@ class Lines(Widget):
         """Return one line."""
         if y < len(self._strips):
             return self._strips[y]
+        if not self._strips and y == self.size.height // 2:
+            return hint(self.EMPTY.center(self.size.width))
         return Strip.blank(self.size.width, paper(BACKDROP))
 
     def get_line_filters(self) -> Sequence[LineFilter]:
@@ -93,6 +101,11 @@ def style(foreground: int, background: int, bold: bool = False) -> Style:
 def ink(foreground: int, bold: bool = False, italic: bool = False) -> Style:
     """Return a style without a background colour."""
     return Style(color=css(foreground), bold=bold, italic=italic)
+
+
+def hint(words: str) -> Strip:
+    """Return a line that says what an empty pane waits for."""
+    return Strip([Segment(words, ink(DIM, italic=True) + paper(BACKDROP))])
 
 
 @lru_cache(maxsize=32)

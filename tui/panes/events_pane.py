@@ -6,13 +6,15 @@ from collections import deque
 from typing import ClassVar
 
 from rich.markup import escape
+from rich.segment import Segment
 from rich.text import Text
 from textual.binding import BindingType
+from textual.strip import Strip
 from textual.widgets import RichLog
 
 from stack.telemetry.records import ROUTINE, Event
 from tui.drawing.palette import BACKDROP, BAD, BUSY, DIM, GOOD, TEXT, WARN, css
-from tui.drawing.strips import clock, one_line
+from tui.drawing.strips import clock, hint, one_line
 from tui.keys import FOUND_KEYS
 
 LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
@@ -91,6 +93,20 @@ class EventsPane(RichLog):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave the keys to the dashboard while nothing is searched."""
         return bool(self._wanted) or action not in {"next_match", "end_search"}
+
+    def render_line(self, y: int) -> Strip:
+        """Return one line; the end of a longer one is an ellipsis."""
+        if not self.lines and y == 0:
+            none = (
+                f"no event passes the filter: {self._filter}" if self._events else "no events yet"
+            )
+            return hint(none.ljust(self.size.width))
+        line, number = super().render_line(y), self.scroll_offset.y + y
+        if number >= len(self.lines) or self.lines[number].cell_length <= line.cell_length:
+            return line
+        cut = line.crop(0, max(0, line.cell_length - 1))
+        style = next((segment.style for segment in reversed(list(cut)) if segment.style), None)
+        return Strip([*cut, Segment("…", style)])
 
     def _find(self) -> None:
         lines = [line_of(event).plain.lower() for event in self._events if self._passes(event)]

@@ -76,7 +76,7 @@ class MapPane(Lines, can_focus=True):
         self.snapshot: Snapshot | None = None
         self.info: RunInfo | None = None
         self.view: View | None = None
-        self.following = False
+        self.following = self._awaits_map = False
         self.costs_shown = True
         self._ground: Canvas | None = None
         self._ground_key: tuple[object, ...] = ()
@@ -121,6 +121,7 @@ class MapPane(Lines, can_focus=True):
         """Zoom in (factor above 1) or out, and follow the robot."""
         if self.view is not None:
             self.view, self.following = self.view.zoomed(factor), True
+            self._awaits_map = False
             self._redraw()
 
     def fit(self) -> None:
@@ -135,7 +136,7 @@ class MapPane(Lines, can_focus=True):
             across = round(self.size.width * PAN_SHARE) * 2 * dot
             down = round(self.size.height * PAN_SHARE) * 4 * dot
             self.view = View(self.view.x + right * across, self.view.y + up * down, dot)
-            self.following = False
+            self.following = self._awaits_map = False
             self._redraw()
 
     def toggle_costs(self) -> None:
@@ -265,9 +266,9 @@ class MapPane(Lines, can_focus=True):
     def _current_view(self, snapshot: Snapshot, columns: int, rows: int) -> View:
         grid = _occupancy(snapshot.layers.get("map"))
         view = self.view
-        if view is None:
-            # Without a map to fit, follow the robot.
-            self.following = grid is None
+        if view is None or (self._awaits_map and grid is not None):
+            # Without a map to fit, follow the robot until there is one.
+            self.following = self._awaits_map = grid is None
             view = (
                 View.around(snapshot.pose, columns)
                 if grid is None
@@ -299,7 +300,7 @@ class MapPane(Lines, can_focus=True):
             cloud = snapshot.particles[:, :2].astype(np.float64)
             canvas.draw_points(cloud, palette.PARTICLE, below_words=True)
         if snapshot.path is not None:
-            canvas.draw_line(snapshot.path.points[:, :2], palette.PATH)
+            canvas.draw_line(snapshot.path.points[:, :2], palette.PATH, below_words=True)
         if snapshot.local_plan is not None:
             canvas.draw_line(snapshot.local_plan.points[:, :2], palette.LOCAL_PLAN)
         if snapshot.scan is not None:

@@ -23,6 +23,9 @@ from tui.screens import Question
 DETAIL_LINES, DETAIL_FROM = 3, 11
 """Lines for the selected node, and the smallest height of a pane that shows them."""
 
+LEAST_NAME = 6
+"""Columns below which the name is left out of the title of these lines."""
+
 AGE_FROM = 1.0
 """Seconds from which the age of a running node is shown."""
 
@@ -223,13 +226,10 @@ class TreePane(Lines, can_focus=True):
     def _detail(self, line: int, width: int) -> Strip:
         row = self._rows[min(self.chosen, len(self._rows) - 1)]
         if line == 0:
-            marks = " · breakpoint" if self._mark(row)[0] == "●" else ""
-            place = self._places.get(row.id, "")
-            place = f" · {place}" if place else ""
-            room = max(4, width - 4 - cell_len(place) - cell_len(marks))
-            name = _shortened(one_line(f"{row.name} · {row.kind}"), room)
-            title = _shortened(one_line(f"╴{name}{place}{marks}╶"), width - 2)
-            return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.IDLE))])
+            title = f"─╴{self._title(row, width - 4)}╶"
+            return Strip(
+                [Segment(set_cell_size(title.ljust(width, "─"), width), ink(palette.IDLE))]
+            )
         duration = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
         status = f"{row.status}{duration}"
         status = (
@@ -239,6 +239,18 @@ class TreePane(Lines, can_focus=True):
         lines = wrap(words, max(8, width - 2), max_lines=DETAIL_LINES - 1, placeholder="…")
         text = f" {lines[line - 1]}" if line <= len(lines) else ""
         return Strip([Segment(set_cell_size(text, width), self._message_style(row))])
+
+    def _title(self, row: TreeRow, room: int) -> str:
+        """Name and kind if there is room, the line of the mission, and whether it stops there."""
+        name = one_line(row.name if row.name == row.kind else f"{row.name} · {row.kind}")
+        place, mark = self._places.get(row.id, ""), "breakpoint" * (self._mark(row)[0] == "●")
+        right = " · ".join(filter(None, (one_line(place), mark)))
+        left = room - cell_len(right) - 3
+        if not right:
+            return _shortened(name, room)
+        if left >= LEAST_NAME:
+            return f"{_shortened(name, left)} · {right}"
+        return right if cell_len(right) <= room else f"…{right[-max(1, room - 1) :]}"
 
     def _message_style(self, row: TreeRow) -> Style:
         failed = row.status == "failure"

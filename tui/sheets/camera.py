@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 from rich.segment import Segment
+from rich.style import Style
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.strip import Strip
@@ -17,6 +18,7 @@ from tui.drawing import palette
 from tui.drawing.canvas import HALF_BLOCK
 from tui.drawing.strips import Lines, ink, one_line, paper, to_strips
 from tui.sheets.sheet import Sheet, Shown
+from tui.terminal.themes import PICTURE
 
 SAME_PICTURE = 1.0
 """Seconds between picture and detection up to which the detection is drawn into the picture."""
@@ -59,6 +61,8 @@ def why_none(snapshot: Snapshot, *, replayed: bool) -> str:
 class Picture(Lines):
     """A picture in half blocks: two pixels above each other in a character."""
 
+    EMPTY = "waiting for the robot"
+
     def draw(self, snapshot: Snapshot, without: str) -> None:
         """Draw the picture of a snapshot, or say why there is none."""
         columns, rows = self.size.width, self.size.height
@@ -91,7 +95,8 @@ def picture_strips(
     for item in near:
         _write(glyphs, upper, lower, item, ratio)
     margin = Segment(" " * ((columns - across) // 2), paper(palette.BACKDROP))
-    return [Strip([margin, *strip]) for strip in to_strips(glyphs, upper, lower)]
+    photo = Style(meta={PICTURE: True})
+    return [Strip([margin, *strip.apply_style(photo)]) for strip in to_strips(glyphs, upper, lower)]
 
 
 def _frame(packed: NDArray[np.uint32], left: int, top: int, right: int, bottom: int) -> None:

@@ -45,10 +45,12 @@ def scale_of(series: list[FloatArray]) -> tuple[float, float]:
 class Plot(Lines):
     """Curves in one frame, newest at the right."""
 
+    EMPTY = "enter plots a number of the list"
+
     def draw(self, curves: dict[str, tuple[FloatArray, FloatArray]], span: float) -> None:
         """Draw curves of times and values by name; the newest time is at the right edge."""
         columns, rows = self.size.width - TICKS - 1, self.size.height - 1 - len(curves)
-        if columns < 8 or rows < 2:
+        if not curves or columns < 8 or rows < 2:
             self.put([])
             return
         low, high = scale_of([values for _, values in curves.values()])
@@ -69,16 +71,17 @@ class Plot(Lines):
         ]
         ends = f"{f'-{span:g} s':<{columns - 3}}now"
         strips.append(Strip([Segment(" " * (TICKS + 1) + ends, axis)]))
-        strips += [self._legend(n, name, curves[name][1]) for n, name in enumerate(curves)]
+        widest = max(map(len, curves), default=0)
+        strips += [self._legend(n, name, widest, curves[name][1]) for n, name in enumerate(curves)]
         self.put(strips)
 
-    def _legend(self, number: int, name: str, values: FloatArray) -> Strip:
+    def _legend(self, number: int, name: str, widest: int, values: FloatArray) -> Strip:
         ink = style(COLOURS[number % len(COLOURS)], palette.BACKDROP)
         plain = style(palette.TEXT, palette.BACKDROP)
         text = "no value yet"
         if len(values):
-            text = f"{values[-1]:.3g}   least {values.min():.3g}, most {values.max():.3g}"
-        return Strip([Segment(" ━ ", ink), Segment(one_line(f"{name:<24} {text}"), plain)])
+            text = f"{values[-1]:<9.3g}{values.min():.3g} to {values.max():.3g}"
+        return Strip([Segment(" ━ ", ink), Segment(one_line(f"{name:<{widest}}  {text}"), plain)])
 
 
 def _tick(row: int, rows: int, low: float, high: float) -> str:

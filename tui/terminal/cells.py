@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import lru_cache
+from itertools import groupby
 from unicodedata import category
 
 from rich.cells import get_character_cell_size
@@ -20,9 +21,15 @@ from textual._compositor import ChopsUpdate, CompositorUpdate, LayoutUpdate
 from textual.strip import Strip
 
 from tui.terminal.ascii_glyphs import to_ascii
-
-Codes = tuple[str, str, str]
-"""SGR parameters of a cell: attributes, foreground, background; empty: the terminal's default."""
+from tui.terminal.themes import (
+    AREAS,
+    DOTS,
+    WORDS,
+    Codes,
+    area_without_colours,
+    codes_of,
+    usual_theme,
+)
 
 Cell = tuple[str, Codes]
 """Text of a cell and its codes. The right half of a wide character has the empty text."""
@@ -31,12 +38,11 @@ PLAIN: Codes = ("", "", "")
 UNKNOWN: Cell = ("\0", PLAIN)
 """A cell of which it is not known what the terminal shows."""
 
+HALF_BLOCK = "▀"
+"""Two areas above each other: foreground and background."""
+
 SHORT_GAP = 3
 """Longest run of unchanged cells of the same style that is written again rather than skipped."""
-
-ATTRIBUTES = ("bold", "dim", "italic", "underline", "blink", "blink2", "reverse", "conceal",
-              "strike")  # fmt: skip
-"""Attributes of Rich's styles whose SGR parameters are 1, 2, 3…"""
 
 
 class TerminalCells:
@@ -44,10 +50,14 @@ class TerminalCells:
 
     Args:
         ascii_only: write ASCII characters for all others.
+        theme: one of `themes.THEMES`; empty: the usual one for the colours of the terminal.
+
+    Attributes:
+        theme: as given; after a change, call `forget` and write a full update.
     """
 
-    def __init__(self, ascii_only: bool = False) -> None:
-        self._ascii_only = ascii_only
+    def __init__(self, ascii_only: bool = False, theme: str = "") -> None:
+        self._ascii_only, self.theme = ascii_only, theme
         self._lines: list[list[Cell]] = []
         self._strips: list[dict[int, Strip]] = []  # by line and column, as far as wholly shown
         self._codes = PLAIN
@@ -57,6 +67,23 @@ class TerminalCells:
     def forget(self) -> None:
         """Assume nothing about what the terminal shows; the next full update writes all of it."""
         self._lines, self._strips = [], []
+
+    @property
+    def text(self) -> str:
+        """All cells as lines of text."""
+        return "\n".join("".join(text for text, _ in line).rstrip() for line in self._lines)
+
+    @property
+    def ansi(self) -> str:
+        """All cells as lines of text with SGR sequences."""
+        lines = []
+        for line in self._lines:
+            pieces = groupby(line, key=lambda cell: cell[1])
+            lines.append("".join(
+                f"\x1b[{';'.join(['0', *filter(None, codes)])}m{''.join(text for text, _ in cells)}"
+                for codes, cells in pieces
+            ))  # fmt: skip
+        return "\n".join(lines)
 
     def changes(self, update: CompositorUpdate) -> CompositorUpdate:
         """Return an update that writes only the cells that differ from those shown."""
@@ -116,25 +143,36 @@ class TerminalCells:
         for text, style, control in strip:
             if control:
                 continue
-            codes = codes_of(style, self._system) if style is not None else PLAIN
-            legible = legible_codes(codes)
+            words, dots = self._codes_of(style, WORDS), self._codes_of(style, DOTS)
             if text.isascii() and text.isprintable():
-                cells.extend([(character, legible) for character in text])
+                cells.extend([(character, words) for character in text])
                 continue
             for character in text:
                 width, shown = _width(character), _safe(character)
+                if width == 1 and "\u2580" <= character < "\u25a0":
+                    cells.append(self._block(shown, style))
+                    continue
                 if self._ascii_only:
                     shown = to_ascii(shown)
                 if width == 1:
-                    is_drawing = (
-                        "\u2580" <= character < "\u25a0" or "\u2800" <= character < "\u2900"
-                    )
-                    cells.append((shown, codes if is_drawing else legible))
+                    is_dots = "\u2800" <= character < "\u2900"
+                    cells.append((shown, dots if is_dots else words))
                 elif width == 2:
-                    cells.extend([(shown, legible), (" " if self._ascii_only else "", legible)])
+                    cells.extend([(shown, words), (" " if self._ascii_only else "", words)])
                 elif cells and shown != "?" and not self._ascii_only:
                     cells[-1] = (cells[-1][0] + shown, cells[-1][1])  # combining
         return cells
+
+    def _block(self, block: str, style: Style | None) -> Cell:
+        """A block character, which shows an area."""
+        if self.theme == "none" and block == HALF_BLOCK and style is not None:
+            block = area_without_colours(style)
+        return to_ascii(block) if self._ascii_only else block, self._codes_of(style, AREAS)
+
+    def _codes_of(self, style: Style | None, kind: str) -> Codes:
+        if style is None:
+            return PLAIN
+        return codes_of(style, self._system, self.theme or usual_theme(self._system), kind)
 
     def _compare(self, y: int, x: int, cells: list[Cell]) -> None:
         """Write the cells that differ from those shown, from column x on."""
@@ -181,29 +219,6 @@ def _placed(strips: Iterable[Strip | None]) -> list[tuple[int, Strip]]:
             placed.append((x, strip))
             x += strip.cell_length
     return placed
-
-
-@lru_cache(maxsize=8192)
-def codes_of(style: Style, system: ColorSystem) -> Codes:
-    """Return the SGR parameters of a style."""
-    attributes = [str(n) for n, name in enumerate(ATTRIBUTES, 1) if getattr(style, name)]
-    colours = [
-        ";".join(colour.downgrade(system).get_ansi_codes(foreground)) if colour else ""
-        for colour, foreground in ((style.color, True), (style.bgcolor, False))
-    ]
-    return ";".join(attributes), colours[0], colours[1]
-
-
-@lru_cache(maxsize=8192)
-def legible_codes(codes: Codes) -> Codes:
-    """Return codes for text: white instead of the colour of the background.
-
-    With 16 colours, two different ones may become the same.
-    """
-    attributes, foreground, background = codes
-    if foreground.isdigit() and background == str(int(foreground) + 10):
-        return attributes, "30" if foreground in ("37", "97") else "97", background
-    return codes
 
 
 @lru_cache(maxsize=8192)

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
 from missions.execution.report import Report, read_report
 from missions.execution.supervision.supervisor import Supervisor
+from stack.errors import TelemetryError
+from stack.runtime.holdups import held_seconds
+from stack.telemetry.event_log import read_events
+from stack.telemetry.hub import EVENTS
+from stack.telemetry.records import Event
 
 
 def end_of(supervisor: Supervisor) -> str:
@@ -51,11 +57,18 @@ def lost_reports(supervisor: Supervisor, reason: str, status: str = "error") -> 
                 "simulated_seconds": beat.time, "wall_seconds": wall,
                 "real_time_factor": beat.time / max(wall, 1e-9), "distance_m": beat.distance,
                 "log_sha256": _hash_of_events(folder),
+                "held": held_seconds(_events(folder), beat.time),
             }
         )  # fmt: skip
         _write(folder, report)
         found.append(report)
     return found
+
+
+def _events(folder: str) -> Iterator[Event]:
+    """Yield the events that can be read."""
+    with suppress(OSError, TelemetryError):
+        yield from read_events(Path(folder) / EVENTS)
 
 
 def _hash_of_events(folder: str) -> str:
@@ -64,7 +77,7 @@ def _hash_of_events(folder: str) -> str:
         return ""
     digest = sha256()
     try:
-        with (Path(folder) / "events.jsonl").open("rb") as lines:
+        with (Path(folder) / EVENTS).open("rb") as lines:
             for line in lines:
                 if line.endswith(b"\n"):
                     digest.update(line)

@@ -12,9 +12,19 @@ from typing import Any
 
 from missions.execution.supervision.child_process import command_of
 from tui.terminal.restore import restore_terminal, terminal_settings
+from tui.terminal.themes import chosen_theme
 
 CLOSE_WITHIN = 2.0
 """Wall seconds that a dashboard gets to end after the run was interrupted."""
+
+
+def check_settings() -> None:
+    """Check what the environment says about the dashboard, before anything runs.
+
+    Raises:
+        InputError: it asks for a theme that does not exist.
+    """
+    chosen_theme()
 
 
 class Viewer:

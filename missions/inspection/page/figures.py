@@ -16,6 +16,9 @@ from stack.types import FloatArray, OccupancyGrid
 WIDTH = 720
 """Of a figure, in its own units; it is scaled to the page."""
 
+PLOT_WIDTH = 480
+"""Of a plot: several stand side by side."""
+
 LEFT, RIGHT = 46, 8
 """Margins of what has a scale."""
 
@@ -60,7 +63,7 @@ def map_figure(story: Story) -> str:
     for name, at in story.places.items():
         a, b = view.pixel(*at)
         parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" class="place"/>',
-                  text(a + 5, b + 4, name, "small")]  # fmt: skip
+                  text(a + 7, b - 6, name, "small")]  # fmt: skip
     for failing in story.failures:
         for time in failing.times:
             number = int(np.searchsorted(samples.time, time).clip(0, len(x) - 1))
@@ -127,7 +130,7 @@ class _View:
         code = base64.b64encode(encoded.tobytes()).decode()
         return (
             f'<image x="{x:.1f}" y="{y:.1f}" width="{width * grid.resolution * self.scale:.1f}" '
-            f'height="{height * grid.resolution * self.scale:.1f}" class="map" '
+            f'height="{height * grid.resolution * self.scale:.1f}" '
             f'preserveAspectRatio="none" href="data:image/png;base64,{code}"/>'
         )
 
@@ -231,9 +234,9 @@ def plot(  # noqa: PLR0913 - the optional ones by keyword
     if not known:
         return ""
     top = max([least_top, *known]) * 1.05 or 1.0
-    bottom_line, across = height - 22, (WIDTH - LEFT - RIGHT) / max(end, 1e-9)
+    bottom_line, across = height - 22, (PLOT_WIDTH - LEFT - RIGHT) / max(end, 1e-9)
     parts = [f'<line x1="{LEFT}" y1="18" x2="{LEFT}" y2="{bottom_line}" class="axis"/>',
-             text(LEFT - 4, 24, f"{top:.2g}", "tick", "end"),
+             text(LEFT - 4, 24, f"{top / 1.05:.3g}", "tick", "end"),
              text(LEFT - 4, bottom_line, "0", "tick", "end"),
              text(4, 12, f"{title}, {unit}" if unit else title, "name")]  # fmt: skip
     for number, (name, times, values, colour) in enumerate(series):
@@ -241,11 +244,11 @@ def plot(  # noqa: PLR0913 - the optional ones by keyword
         parts.append(_curve(LEFT + times * across, y, colour))
         if name:
             parts.append(
-                f'<text x="{WIDTH - 8 - 110 * number}" y="12" text-anchor="end" class="small" '
+                f'<text x="{PLOT_WIDTH - 8 - 110 * number}" y="12" text-anchor="end" class="small" '
                 f'style="fill:{colour}">{escape(name)}</text>'
             )
-    parts += _time_axis(LEFT, WIDTH - RIGHT, end, bottom_line)
-    return svg(WIDTH, height, parts, title)
+    parts += _time_axis(LEFT, PLOT_WIDTH - RIGHT, end, bottom_line)
+    return svg(PLOT_WIDTH, height, parts, title)
 
 
 def _curve(x: FloatArray, y: FloatArray, colour: str) -> str:
@@ -267,7 +270,8 @@ def _time_axis(left: float, right: float, end: float, y: float) -> list[str]:
         if time <= end + 1e-9:
             x = left + (right - left) * time / max(end, 1e-9)
             parts += [f'<line x1="{x:.1f}" y1="{y}" x2="{x:.1f}" y2="{y + 4}" class="axis"/>',
-                      text(x, y + 15, f"{time:g} s", "tick", "middle")]  # fmt: skip
+                      text(x, y + 15, f"{time:g} s", "tick",
+                           "end" if x > right - 14 else "middle")]  # fmt: skip
     return parts
 
 

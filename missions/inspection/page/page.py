@@ -12,6 +12,7 @@ from missions.execution.repeat import first_difference
 from missions.inspection.causes.html import causes_html
 from missions.inspection.page.figures import RUN_COLOURS, map_figure, plot, timeline
 from missions.inspection.page.story import Failing, Story
+from stack.runtime.holdups import held_seconds
 from stack.telemetry.records import ROUTINE
 from stack.types.printable import printable
 
@@ -41,7 +42,7 @@ figure { margin: 0 0 10px; background: var(--panel); border: 1px solid var(--lin
 .tick { font-size: 10px; fill: var(--dim); }
 .name { font-size: 12px; font-weight: 600; fill: var(--ink); }
 .axis { stroke: var(--line); } .curve { fill: none; stroke-width: 1.4; }
-.map { image-rendering: pixelated; }
+image { image-rendering: pixelated; }
 polyline { fill: none; stroke-width: 3; stroke-linejoin: round; stroke-linecap: round; }
 .speed0 { stroke: #7048e8; } .speed1 { stroke: #4263eb; } .speed2 { stroke: #1098ad; }
 .speed3 { stroke: #37b24d; } .speed4 { stroke: #f59f00; }
@@ -57,11 +58,15 @@ td, th { text-align: left; vertical-align: top; padding: 3px 8px 3px 0;
   border-bottom: 1px solid var(--line);
   overflow-wrap: anywhere; } th { color: var(--dim); font-weight: 500; }
 td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
-@media (max-width: 620px) { svg .small, svg .tick { font-size: 16px; }
-  svg .name { font-size: 18px; } }
+@media (max-width: 620px) { .map .small, .timeline .small, .timeline .tick { font-size: 16px; } }
 code { font-size: .85rem; background: var(--panel); padding: 1px 4px; border-radius: 4px; }
 .note { border-left: 4px solid var(--warn); background: var(--panel); padding: 8px 12px;
   border-radius: 4px; margin: 0 0 8px; } .note ul { margin: 4px 0; padding-left: 20px; }
+td.source { white-space: nowrap; } tr.head th { white-space: nowrap; }
+figure.timeline { max-width: 980px; }
+@media (max-width: 620px) { .scroll tr { display: block; padding: 6px 0;
+  border-bottom: 1px solid var(--line); } .scroll td { display: block; border: 0; padding: 1px 0; }
+  .scroll tr.head { display: none; } }
 .scroll { overflow-x: auto; } details > summary { cursor: pointer; color: var(--dim); }
 """
 
@@ -93,7 +98,8 @@ def page_of(stories: Sequence[Story]) -> str:
         parts.append(_side_by_side(stories, _outcome))
         parts.append("<h2>Where it drove</h2>" + _side_by_side(stories, _map))
     parts.append(
-        "<h2>What it did</h2>" + _side_by_side(stories, lambda one: _figure(timeline(one)))
+        "<h2>What it did</h2>"
+        + _side_by_side(stories, lambda one: _figure(timeline(one), "timeline"))
     )
     parts.append("<h2>What failed</h2>" + _side_by_side(stories, _failures))
     parts.append("<h2>Over time</h2>" + _plots(stories))
@@ -123,8 +129,8 @@ def _side_by_side(stories: Sequence[Story], part: object) -> str:
     return f'<div class="runs">{inside}</div>'
 
 
-def _figure(content: str) -> str:
-    return f"<figure>{content}</figure>" if content else ""
+def _figure(content: str, kind: str = "plot") -> str:
+    return f'<figure class="{kind}">{content}</figure>' if content else ""
 
 
 def _outcome(story: Story) -> str:
@@ -138,9 +144,8 @@ def _outcome(story: Story) -> str:
     rows += _figures(report or {})
     held = [
         f"{effect} {seconds:.1f} s by {cause}"
-        for effect, causes in (report or {}).get("held", {}).items()
+        for effect, causes in held_seconds(story.events, story.end).items()
         for cause, seconds in causes.items()
-        if seconds >= 0.5
     ]
     if held:
         rows.append(("held", "; ".join(held)))
@@ -166,7 +171,7 @@ def _table(rows: Iterable[tuple[str, str]]) -> str:
 
 
 def _map(story: Story) -> str:
-    return _figure(map_figure(story))
+    return _figure(map_figure(story), "map")
 
 
 def _failures(story: Story) -> str:
@@ -177,7 +182,7 @@ def _failures(story: Story) -> str:
     rest = f'<p class="dim">and {more} more: treepilot trace</p>' if more else ""
     rows = "".join(map(_failure_row, shown))
     return (
-        '<div class="scroll"><table><tr><th>when</th><th>node</th><th>why</th>'
+        '<div class="scroll"><table><tr class="head"><th>when</th><th>node</th><th>why</th>'
         f"<th>line of the mission</th></tr>{rows}</table></div>{rest}"
     )
 
@@ -230,7 +235,8 @@ def _warnings(story: Story) -> str:
         return "<p>None.</p>"
     shown = told[:MOST_EVENTS]
     rows = "".join(
-        f'<tr><td class="number">{event.time:.1f} s</td><td>{_safe(event.source)}</td>'
+        f'<tr><td class="number">{event.time:.1f} s</td>'
+        f'<td class="source">{_safe(event.source)}</td>'
         f"<td>{_safe(event.text)}</td></tr>"
         for event in shown
     )

@@ -84,6 +84,14 @@ class PhysicsRobot(ABC):
         """Set the target speeds of the driven wheels, rad/s. All zero: park the wheels."""
 
     @abstractmethod
+    def set_wheel_torques(self, *torques: float) -> None:
+        """Drive the wheels with torques, N m, in the next step alone."""
+
+    @abstractmethod
+    def wheel_speeds(self) -> list[float]:
+        """Return the speeds of the driven wheels, rad/s."""
+
+    @abstractmethod
     def steer(self, angles: Sequence[float]) -> None:
         """Set the target angles of the steered wheels, left and right, radians."""
 

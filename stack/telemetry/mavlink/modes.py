@@ -69,11 +69,21 @@ class Modes:
             return Mode.MANUAL if manual else Mode.AUTO
         if snapshot.state is not MissionState.PAUSED or snapshot.detour_held:
             return Mode.HOLD
+        if wanted is None and self._plan.is_active:
+            wanted = Mode.AUTO
         if wanted is Mode.AUTO and not self._plan.is_active:
             return Mode.HOLD  # at its end, or after it was cancelled
         if wanted in (Mode.AUTO, Mode.RTL, Mode.GUIDED, Mode.MANUAL):
             return wanted
         return Mode.GUIDED if snapshot.detour else Mode.HOLD
+
+    def follow(self) -> None:
+        """Forget the chosen mode once others have changed it: the mission runs, or was stopped."""
+        snapshot = self._handover.snapshot
+        if snapshot is None or snapshot.state is MissionState.PAUSED:
+            return
+        if snapshot.state is not MissionState.RUNNING or self.wanted is not Mode.MANUAL:
+            self.wanted = None
 
     def switch(self, number: int, done: Done) -> None:
         """Change into a mode.

@@ -159,7 +159,7 @@ def obstacle_distance(snapshot: Snapshot, geography: Geography) -> Any:
     if scan is None:
         return None
     return mav.MAVLink_obstacle_distance_message(
-        microseconds(snapshot), LASER, sector_distances(scan), 360 // SECTORS,
+        round(scan.stamp * 1e6), LASER, sector_distances(scan), 360 // SECTORS,
         _centimetres(scan.range_min), _centimetres(scan.range_max), 360.0 / SECTORS, 0.0, BODY_FRD,
     )  # fmt: skip
 

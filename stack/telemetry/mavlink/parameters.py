@@ -35,15 +35,12 @@ class ParameterService:
     def __init__(self, handover: Handover, orders: Orders, send: Send, texts: Texts) -> None:
         self._handover, self._orders, self._send, self._texts = handover, orders, send, texts
         self._names: dict[str, str] = {}
-        self._next, self._sent = 0, 0.0
+        self._listing, self._next, self._sent = False, 0, 0.0
 
     def list_all(self, message: Any) -> None:
         """Answer PARAM_REQUEST_LIST, from the next `tick` on."""
-        self._next = 0
         self._read_names()
-        self._listing = True
-
-    _listing = False
+        self._listing, self._next = True, 0
 
     def read(self, message: Any) -> None:
         """Answer PARAM_REQUEST_READ by name, or by index if it is not negative."""

@@ -136,6 +136,7 @@ class Vehicle:
         snapshot = self._handover.snapshot
         if self._geography.home is None and snapshot is not None:
             self._geography.home = snapshot.pose
+        self._modes.follow()
         self._commands.tick()
         self._transfer.tick(now)
         self._parameters.tick(now)

@@ -99,7 +99,6 @@ class VehicleCommands:
             reason = f"disarmed by station {system}/{component}"
             self.orders.give("estop", done_by(answer), reason=reason)
         elif snapshot.state is MissionState.EMERGENCY_STOP:
-            self.modes.wanted = None
             self.orders.give("release", done_by(answer))
         elif is_armed(snapshot):
             answer(ACCEPTED, "")

@@ -80,7 +80,7 @@ class RerunDrawing:
         self._known_nodes: set[int] = set()
         self._activities: dict[str, Colour] = {}
         self._held: dict[str, Colour] = {}
-        self._causes: set[str] = set()
+        self._causes: set[tuple[str, str]] = set()
         self._changed = 0.0
 
     def static_entities(self) -> None:
@@ -108,15 +108,16 @@ class RerunDrawing:
 
     def hold_up(self, event: Event) -> None:
         """Log the new causes that hold the robot, at an event `held` or `held_end`."""
-        cause, time = str(event.fields.get("cause", "")), event.time
+        hold_up = str(event.fields.get("effect", "")), str(event.fields.get("cause", ""))
+        time = event.time
         if event.kind == "held":
-            self._causes.add(cause)
+            self._causes.add(hold_up)
             time = float(event.fields.get("begin", time))
         else:
-            self._causes.discard(cause)
+            self._causes.discard(hold_up)
         self._changed = max(time, self._changed)
         self._recording.at(self._changed)
-        self.held(", ".join(sorted(self._causes)))
+        self.held(", ".join(sorted({cause for _, cause in self._causes})))
 
     def held(self, causes: str) -> None:
         """Log what holds the robot from now on; empty: nothing."""

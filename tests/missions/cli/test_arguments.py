@@ -24,7 +24,9 @@ for term in sys.argv[1:]:
 """
 
 
-def under_a_terminal(words: list[str], term: str | None, errors: int | None = None) -> str:
+def under_a_terminal(
+    words: list[str], term: str | None, errors: int | None = None, code: int = 0
+) -> str:
     """Output of a Python process whose terminal has this TERM; None: it is not set."""
     ours, theirs = os.openpty()
     environment = {key: value for key, value in os.environ.items() if key != "TERM"}
@@ -41,7 +43,7 @@ def under_a_terminal(words: list[str], term: str | None, errors: int | None = No
     except OSError:  # Linux answers EIO once the last process has let go of it
         pass
     os.close(ours)
-    assert process.wait(timeout=60.0) == 0, written
+    assert process.wait(timeout=60.0) == code, written
     return written.decode().replace("\r\n", "\n")
 
 
@@ -61,6 +63,14 @@ def test_a_terminal_without_them_is_told_so(term, kind):
 
 def test_no_dashboard_is_drawn_into_a_file():
     assert under_a_terminal(["-c", ASK], "xterm", subprocess.DEVNULL) == "False\n"
+
+
+def test_a_theme_that_does_not_exist_is_told_before_anything_moves(tmp_path, monkeypatch):
+    monkeypatch.setenv("TREEPILOT_THEME", "pink")
+    words = ["-m", "missions.cli.app", "run", "01_drive_to_a_point", "--out", str(tmp_path / "run")]
+    written = under_a_terminal(words, "xterm", code=2)
+    assert "TREEPILOT_THEME=pink: expected dark, light, 16 or none" in written
+    assert not (tmp_path / "run").exists() and "\x1b[?1049h" not in written
 
 
 @pytest.mark.slow

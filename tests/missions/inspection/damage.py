@@ -13,7 +13,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Message, Schema
 from mcap.stream_reader import StreamReader
 
-from stack.telemetry.snapshots.log import MAGIC
+from stack.telemetry.snapshots.format import MAGIC
 
 NOVELTY = {"of": ["a later version", 1, None]}
 """Value of a field that no version has."""

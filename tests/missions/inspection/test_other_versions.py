@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from missions.execution.report import read_fields
 from stack.errors import InputError, TelemetryError
-from stack.telemetry.snapshots.log import schemas
+from stack.telemetry.snapshots.format import schemas
 from tests.missions.inspection import damage
 from tests.missions.inspection.foreign_run import COMMANDS, explain, look_at, record
 

@@ -21,12 +21,12 @@ def subject(description):
         heard = Hearing(245, 0, None, lambda ack: None)
         heard.rover = Rover(1, rover, rover.driving, True, 100.0, 100.0)
         measurements = Measurements(description, "auto", "lidar", ())
-        measurements.odometry.stamp = 99.9
+        measurements.odometry.heard = 99.9
         measurements.battery = Battery(0.8, voltage=24.0)
         for name, value in changes.items():
             part = {"others": heard, "values": heard, "last_text": heard, "mode": heard.rover,
                     "armed": heard.rover, "battery": measurements,
-                    "stamp": measurements.odometry}[name]  # fmt: skip
+                    "heard": measurements.odometry}[name]  # fmt: skip
             setattr(part, name, value)
         return Subject(heard, "", measurements, MavlinkParameters(ADDRESS), 100.0, 60.0)
 
@@ -48,8 +48,8 @@ def test_all_is_well(subject):
     ("changes", "name", "text"),
     [
         ({"others": {3}}, "one rover", "several rovers are there: 1, 3; set `system` of the body"),
-        ({"stamp": None}, "odometry", "ATTITUDE and LOCAL_POSITION_NED: none yet"),
-        ({"stamp": 90.0}, "odometry", "none for 10.0 s"),
+        ({"heard": None}, "odometry", "ATTITUDE and LOCAL_POSITION_NED: none yet"),
+        ({"heard": 90.0}, "odometry", "none for 10.0 s"),
         ({"battery": Battery(0.05, voltage=20.4)}, "battery", "5%, 20.4 V; charge it above 10%"),
         ({"mode": "HOLD", "last_text": "no fix"}, "mode",
          "HOLD, and GUIDED is not accepted; it says: no fix"),

@@ -6,7 +6,7 @@ from math import pi
 
 from pymavlink.dialects.v20 import all as dialect
 
-from robots.mavlink.driver import READ, WANTED
+from robots.mavlink.driver import WANTED
 from robots.mavlink.rover_link import STAND, RoverLink
 from stack.mavlink.address import MavlinkAddress
 from stack.mavlink.link import Counters, Received
@@ -58,7 +58,7 @@ class World:
         self.now, self.broken = 100.0, False
         self.rovers = [EmulatedRover(one, self.time) for one in settings or [Settings()]]
         self.link = RoverLink(
-            MavlinkAddress("udpin", "127.0.0.1", 14550), own_system=245, wanted=WANTED, read=READ,
+            MavlinkAddress("udpin", "127.0.0.1", 14550), own_system=245, wanted=WANTED,
             now=self.now, open_link=lambda address, **ids: self._opened(**ids), **options,
         )  # fmt: skip
         self.received = []

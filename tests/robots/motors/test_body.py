@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import missions
+from robots.bodies import chosen_body
 from robots.load import read_robot
 from robots.motors.odometry import EncoderOdometry
 from stack.drivetrain.ackermann import SteeredWheels
@@ -33,13 +34,23 @@ def test_a_mission_drives_emulated_wheels_through_a_fast_loop(tmp_path):
         "mission: ahead\nformat: 1\nrobot: ./robot.yaml\nworld: small_room\n"
         "localisation: dead_reckoning\nrun: {drive_on_heading: {distance: 0.1 m}}\n"
     )
-    report = missions.run(file, seed=0)
+    made = []
+
+    def make(setup):
+        made.append(chosen_body(setup.robot, "")(setup))
+        return made[0]
+
+    report = missions.run(file, seed=0, body=make)
     assert (report.status, report.final_pose["truth"]) == ("success", None)
     assert report.distance_m == pytest.approx(0.1, abs=0.03)
     timing = report.fast_loop
     assert timing["rate"] == 500.0
     assert timing["cycles"] + timing["overruns"] >= 500.0 * 0.5 * report.simulated_seconds
     assert 0.0 < timing["late_median"] <= timing["late_worst"]
+    # The periods that the body sleeps are no compute time of the stage.
+    computed = report.stages["body"]["mean_ms"] * 1e-3 * report.stages["body"]["count"]
+    assert computed + made[0].slept <= report.simulated_seconds + 0.1
+    assert made[0].slept > 0.0
 
 
 @pytest.mark.parametrize(
@@ -49,7 +60,6 @@ def test_a_mission_drives_emulated_wheels_through_a_fast_loop(tmp_path):
         ("{use: wheels, driver: {use: emulated, lagg: 1 ms}}", "lagg"),
         ("{use: wheels, driver: {lag: 1 ms}}", "expected a name, or a mapping with `use`"),
         ("{use: wheels, rate: 5 kHz}", "rate"),
-        ("{use: wheels, gains: {p: -1.0}}", "gains"),
     ],
 )
 def test_a_wrong_body_is_an_error_in_the_robot_file(tmp_path, body, sentence):
@@ -61,7 +71,7 @@ def test_odometry_of_a_half_circle_is_exact_with_any_number_of_readings():
     """Radius 1 m, track 0.4 m, wheels of 0.1 m: the sides roll 0.8 pi and 1.2 pi metres."""
     drive = Wheels(("l",), ("r",), 0.1, 0.4).drivetrain(Limits())
     for readings in (1, 7):
-        odometry = EncoderOdometry(drive, 0.1)
+        odometry = EncoderOdometry(drive)
         odometry.update(0.0, [3.0, -2.0], [0.0, 0.0])
         for number in range(1, readings + 1):
             share = number / readings
@@ -75,7 +85,7 @@ def test_odometry_of_a_half_circle_is_exact_with_any_number_of_readings():
 def test_odometry_of_a_car_turns_by_its_measured_steering():
     car = SteeredWheels(("a", "b"), ("c", "d"), 0.1, 0.5, 0.4, pi / 6, 1.0).drivetrain(Limits())
     wheels = car.to_wheels(car.state_at(Twist(1.0, 0.5), car.at_rest))
-    odometry = EncoderOdometry(car, 0.1)
+    odometry = EncoderOdometry(car)
     odometry.update(0.0, [0.0, 0.0], [0.0, 0.0], wheels.steering)
     odometry.update(1.0, list(wheels.speeds), list(wheels.speeds), wheels.steering)
     assert odometry.reading.pose.heading == pytest.approx(0.5)

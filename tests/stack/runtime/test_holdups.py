@@ -5,7 +5,8 @@ from math import pi
 import pytest
 
 from stack.navigation.landmarks import Landmarks
-from stack.runtime.holdups import Holdups
+from stack.runtime.holdups import Holdups, held_seconds
+from stack.telemetry.records import Event
 from stack.types import Limitation, Pose2D
 
 PERIOD = 0.05
@@ -25,9 +26,16 @@ class Told:
     def add(self, kind, text, fields):
         self.events.append((round(self.now, 2), kind, text, fields))
 
-    def pass_time(self, seconds, *limitations, pose=Pose2D(2.0, 1.0, pi / 2)):
+    def seconds(self):
+        """As a report sums up the events until now."""
+        told = [
+            Event(0, 0, time, "", "", kind, "", fields) for time, kind, _, fields in self.events
+        ]
+        return held_seconds(told, self.now)
+
+    def pass_time(self, seconds, *limitations, pose=Pose2D(2.0, 1.0, pi / 2), kept=0.0):
         for _ in range(round(seconds / PERIOD)):
-            self.holdups.update(limitations, pose, self.now)
+            self.holdups.update(limitations, pose, self.now, kept)
             self.now += PERIOD
 
 
@@ -57,17 +65,34 @@ def test_flicker_is_one_holdup_and_short_ones_are_not_told(told):
         told.pass_time(0.1, AHEAD)
         told.pass_time(0.1)
     assert [kind for _, kind, *_ in told.events] == ["held"]
-    assert told.holdups.seconds()["stopped"]["obstacle"] == pytest.approx(2.0)
     told.pass_time(1.0)
+    assert told.seconds() == {"stopped": {"obstacle": pytest.approx(2.0)}, "slower": {}}
     told.pass_time(0.8, AHEAD)
     told.pass_time(1.0)
     assert [kind for _, kind, *_ in told.events] == ["held", "held_end"]
 
 
-def test_driving_slower_counts_but_is_no_event(told):
-    told.pass_time(5.0, SLOW)
+def test_driving_slower_holds_the_robot_below_half_of_its_velocity(told):
+    told.pass_time(5.0, SLOW, kept=0.6)
     assert told.events == []
-    assert told.holdups.seconds() == {"stopped": {}, "slower": {"speed limit": 5.0}}
+    told.pass_time(5.0, SLOW, kept=0.4)
+    told.pass_time(5.0, SLOW, kept=0.6)
+    assert [(kind, text) for _, kind, text, _ in told.events] == [
+        ("held", "slower: the speed limit here is 0.20 m/s"),
+        ("held_end", "held no longer by speed limit, after 5.0 s"),
+    ]
+    assert told.seconds() == {"stopped": {}, "slower": {"speed limit": 5.0}}
+    assert (
+        told.holdups.sentence(5.0, 10.0)
+        == "held 5.0 of 5.0 s: slower: the speed limit here is 0.20 m/s"
+    )
+
+
+def test_a_holdup_that_has_not_ended_lasts_to_the_end_of_the_run(told):
+    """As in a run that was killed: the begin is 1 s, the end 4 s."""
+    told.pass_time(1.0)
+    told.pass_time(3.0, AHEAD)
+    assert told.seconds()["stopped"] == {"obstacle": pytest.approx(3.0, abs=PERIOD)}
 
 
 def test_a_failure_quotes_what_held_the_robot_most(told):

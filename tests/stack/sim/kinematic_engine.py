@@ -56,6 +56,12 @@ class KinematicRobot(PhysicsRobot):
     def set_wheel_speeds(self, *speeds):
         self._speeds = speeds
 
+    def set_wheel_torques(self, *torques):
+        raise NotImplementedError("this engine has no forces")
+
+    def wheel_speeds(self):
+        return list(self._speeds)
+
     def steer(self, angles):
         assert not angles
 

@@ -13,7 +13,8 @@ from textual.geometry import Region
 from textual.strip import Strip
 
 from tests.tui.terminal_screen import TerminalScreen
-from tui.terminal.cells import PLAIN, TerminalCells, codes_of, legible_codes, transition
+from tui.terminal.cells import PLAIN, TerminalCells, transition
+from tui.terminal.themes import codes_of
 
 WIDTH, HEIGHT = 24, 5
 RED, BLUE = Style(color="#ff0000", bgcolor="#000000"), Style(color="#0000ff", bgcolor="#000000")
@@ -46,10 +47,10 @@ def test_of_a_change_only_the_cells_are_written():
 
 
 def test_of_a_style_only_the_difference_is_written():
-    before, after = (codes_of(style, ColorSystem.TRUECOLOR) for style in (RED, BLUE))
+    before, after = (codes_of(style, ColorSystem.TRUECOLOR, "dark") for style in (RED, BLUE))
     assert transition(before, after) == "\x1b[38;2;0;0;255m"
     assert transition(after, PLAIN) == "\x1b[39;49m"
-    bold = codes_of(RED + Style(bold=True), ColorSystem.TRUECOLOR)
+    bold = codes_of(RED + Style(bold=True), ColorSystem.TRUECOLOR, "dark")
     assert transition(before, bold) == "\x1b[0;1;38;2;255;0;0;48;2;0;0;0m"
     assert transition(bold, before) == "\x1b[0;38;2;255;0;0;48;2;0;0;0m"
 
@@ -59,14 +60,6 @@ def test_forgotten_cells_are_written_again():
     first = written(cells, whole("map"))
     cells.forget()
     assert written(cells, whole("map")) == first
-
-
-def test_text_in_the_colour_of_its_background_becomes_white():
-    """Dark grey and dark blue are both number 8 of 16 colours."""
-    codes = codes_of(Style(color="#64738e", bgcolor="#24395c"), ColorSystem.STANDARD)
-    assert codes == ("", "90", "100")
-    assert legible_codes(codes) == ("", "97", "100")
-    assert legible_codes(("", "31", "40")) == ("", "31", "40")
 
 
 @pytest.mark.parametrize("character", ["\x1b", "\x07", "\x9b", "\u202e", "\x00"])

@@ -53,6 +53,8 @@ class BulletRobot(PhysicsRobot):
         joints: of the driven wheels.
     """
 
+    _has_motors: bool
+
     def __init__(
         self, scene: Scene, description: RobotDescription, start: Pose2D, friction: float
     ) -> None:
@@ -98,12 +100,36 @@ class BulletRobot(PhysicsRobot):
             return
         if self._parked:
             self._anchor(False)
+        self._set_motors(speeds, self._torques)
+
+    def set_wheel_torques(self, *torques: float) -> None:
+        """Drive the wheels with torques, N m; their motors have no speed of their own any more."""
+        if self._parked:
+            self._anchor(False)
+        if self._has_motors:
+            self._set_motors([0.0] * len(self.joints), [0.0] * len(self.joints))
+            self._has_motors = False
+        self._bullet.setJointMotorControlArray(
+            self.body,
+            self.joints,
+            self._bullet.TORQUE_CONTROL,
+            forces=torques,
+            physicsClientId=self.client,
+        )
+
+    def wheel_speeds(self) -> list[float]:
+        """Return the speeds of the driven wheels, rad/s."""
+        states = self._bullet.getJointStates(self.body, self.joints, physicsClientId=self.client)
+        return [state[1] for state in states]
+
+    def _set_motors(self, speeds: Sequence[float], torques: Sequence[float]) -> None:
+        self._has_motors = True
         self._bullet.setJointMotorControlArray(
             self.body,
             self.joints,
             self._bullet.VELOCITY_CONTROL,
             targetVelocities=speeds,
-            forces=self._torques,
+            forces=torques,
             physicsClientId=self.client,
         )
 
@@ -223,6 +249,7 @@ class BulletRobot(PhysicsRobot):
         control 0.01 mm.
         """
         bullet = self._bullet
+        self._has_motors = True
         hold: dict[str, Any] = {
             "controlMode": bullet.POSITION_CONTROL, "targetPositions": self._angles(self.joints)
         }  # fmt: skip
@@ -258,7 +285,7 @@ class BulletRobot(PhysicsRobot):
         bullet, client, robot = self._bullet, self.client, self.body
         self._wheels = wheels = find_drive_joints(description, bullet, client, robot)
         self.joints = wheels.driven
-        self._parked = False
+        self._parked, self._has_motors = False, True
         self._inertial = bullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
         self._from_inertial = bullet.invertTransform(*self._inertial)
         for link in range(-1, bullet.getNumJoints(robot, physicsClientId=client)):

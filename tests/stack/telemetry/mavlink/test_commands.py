@@ -216,6 +216,25 @@ def test_speed_home_and_requests(rig):
     assert rig.long(224, 3) == [DENIED]
 
 
+def test_every_request_for_a_message_is_answered(rig):
+    """QGroundControl asks for modes (435) and metadata (395, 397), and waits for an answer."""
+    for number in (*mav.mavlink_map, 435, 395, 397, 99_999):
+        assert len(rig.long(512, number)) == 1, number
+
+
+def test_what_other_operators_do_shows_in_the_mode(rig):
+    rig.show(state=MissionState.PAUSED)
+    assert rig.long(SET_MODE, 1, GUIDED) == [ACCEPTED] and mode_of(rig)[0] == GUIDED
+    rig.show(state=MissionState.RUNNING)  # resumed in the dashboard
+    assert mode_of(rig)[0] == AUTO
+    rig.show(state=MissionState.PAUSED)
+    assert mode_of(rig)[0] == HOLD
+    rig.show(detour=True)  # sent to a goal in the dashboard
+    assert mode_of(rig)[0] == GUIDED
+    rig.show(detour=False, detour_held=True)
+    assert mode_of(rig)[0] == HOLD
+
+
 def test_intervals(rig):
     assert rig.long(511, 30, 100_000) == [ACCEPTED]
     rig.sent.clear()

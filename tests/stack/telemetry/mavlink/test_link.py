@@ -7,6 +7,8 @@ from time import monotonic, sleep  # noqa: TID251 - the link lives in wall time
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
+from missions.execution.connections import network_sinks_of
+from missions.run_options import RunOptions
 from stack.errors import InputError
 from stack.mavlink.address import read_address
 from stack.mavlink.link import Link
@@ -135,6 +137,11 @@ def test_a_serial_link_ends_when_the_device_is_gone(opened):
         sleep(0.01)
     assert len(log) == 1 and "MavlinkVehicle failed" in log[0]
     assert [event.kind for event in telemetry.recent(1)] == ["link_lost"]
+
+
+def test_a_key_needs_a_link(tmp_path):
+    with pytest.raises(InputError, match="--mavlink, which is not given"):
+        network_sinks_of(RunOptions(mavlink_key=tmp_path / "robot.key", serve=False))
 
 
 def test_a_link_that_cannot_be_opened_is_an_error_of_the_user(tmp_path):
