@@ -16,6 +16,7 @@ from robots.motors.parameters import WheelsParameters
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
+from stack.fast_loop.driver import Lack, driver_class
 from stack.parameters import build, suggestion
 from stack.sim.worlds.world import World
 from stack.types import Observation, Pose2D
@@ -69,6 +70,11 @@ class BodyKind(ABC):
     simulates: ClassVar[bool] = False
 
     @staticmethod
+    def lack(parameters: Any) -> Lack | None:
+        """Return what this machine lacks for the body, without touching hardware."""
+        return None
+
+    @staticmethod
     @abstractmethod
     def make(setup: BodySetup, parameters: Any) -> Body:
         """Make the body.
@@ -112,6 +118,13 @@ class Wheels(BodyKind):
     """Motors of the robot's own, or emulated ones, held by a fast loop."""
 
     Parameters = WheelsParameters
+
+    @staticmethod
+    def lack(parameters: WheelsParameters) -> Lack | None:
+        """Return what this machine lacks for the driver."""
+        name, values = parameters.named_driver
+        driver = driver_class(name)
+        return driver.lack(build(driver.Parameters, values))
 
     @staticmethod
     def make(setup: BodySetup, parameters: WheelsParameters) -> Body:
@@ -182,6 +195,13 @@ def find_body(name: str, values: Mapping[str, Any]) -> MakeBody:
     kind = body_kind(name)
     parameters: Any = build(kind.Parameters, dict(values))
     return lambda setup: kind.make(setup, parameters)
+
+
+def lack_of(robot: RobotDescription, choice: str) -> Lack | None:
+    """Return what this machine lacks for the body that is chosen; as `chosen_body`."""
+    kind = body_kind(choice or robot.body)
+    values = robot.body_parameters if kind is body_kind(robot.body) else {}
+    return kind.lack(build(kind.Parameters, dict(values)))
 
 
 def chosen_body(robot: RobotDescription, choice: str) -> MakeBody:

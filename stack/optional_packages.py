@@ -14,6 +14,9 @@ from stack.errors import InputError
 MISSING_PACKAGE = "E450"
 """Code of a finding about what this installation lacks."""
 
+MISSING_DEVICE = "W450"
+"""Code of a finding about hardware that is not there: whoever only checks a mission needs none."""
+
 
 @dataclass(frozen=True, slots=True)
 class Package:

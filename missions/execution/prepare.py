@@ -26,7 +26,7 @@ from missions.execution.fit.components import (
     check_rate,
     check_robot_fits,
 )
-from missions.execution.fit.installation import check_packages, check_renderer
+from missions.execution.fit.installation import check_body, check_packages, check_renderer
 from missions.execution.fit.models import located_detector, located_places
 from missions.execution.fit.needs import behaviour_needs
 from missions.execution.fit.routes import located_planner
@@ -220,7 +220,10 @@ def _check_installation(
     if scene.recording is not None:
         return
     kind = _gather(found, lambda: body_kind(options.body or scene.robot.body))
-    if kind is not None and kind.simulates:
+    if kind is None:
+        return
+    found.items += check_body(scene.robot, options.body)
+    if kind.simulates:
         _gather(found, lambda: check_renderer(scene.robot, options.renderer))
         _gather(found, lambda: check_rate(choices["loop"].parameters, marks))
 

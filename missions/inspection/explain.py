@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missions.language.codes import CODES, Code
 from stack.errors import Finding, InputError, Mark
-from stack.optional_packages import MISSING_PACKAGE
+from stack.optional_packages import MISSING_DEVICE, MISSING_PACKAGE
 from stack.parameters import suggestion
 
 FILE_CODES: dict[str, Code] = {
@@ -102,6 +102,9 @@ FILE_CODES: dict[str, Code] = {
                  "use `map: none`, larger cells, or closer `bounds` in the world file"),
     MISSING_PACKAGE: Code("installation", "the installation lacks a package or a driver that the "
                           "mission needs", "", "install it with the command of the message"),
+    MISSING_DEVICE: Code("hardware", "a device that the robot's body needs is not there, is down, "
+                         "or may not be used", "",
+                         "connect it, or run the command of the message"),
     "E412": Code("start: collision", "the start is outside the world or inside an obstacle",
                  "start: [100, 100]", "start at one of the world's places"),
 }  # fmt: skip

@@ -8,7 +8,7 @@ from time import monotonic, sleep  # noqa: TID251 - the clock of a real-time bod
 import numpy as np
 
 from robots.motors.odometry import EncoderOdometry
-from robots.motors.odrive import CLEAR, SUPPLY
+from robots.motors.odrive import CLEAR, SUPPLY, SUPPLY_KIND
 from robots.motors.parameters import WheelsParameters
 from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
@@ -112,7 +112,8 @@ class WheelsBody(Body, FastLoopBody, Engageable):
         measured: dict[str, Measurement] = {"wheels": self._odometry.reading}
         measured |= self._sensors.take(self._began, self._began + time)
         for message in self.loop.messages():
-            measured["battery"] = self._battery(message)
+            if len(message) == SUPPLY.size and message[:1] == SUPPLY_KIND:
+                measured["battery"] = self._battery(message)
         return Observation(time, measured)
 
     def command(self, command: BodyCommand) -> None:

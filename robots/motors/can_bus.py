@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robots.motors.can_simple import Message, decode, encode, identifier
@@ -11,6 +13,8 @@ from stack.optional_packages import PYTHON_CAN
 
 if TYPE_CHECKING:
     import can
+
+NETWORK = Path("/sys/class/net")
 
 MOST_FRAMES = 20
 """Frames that one call reads: more than a bus of 1 Mbit/s carries in 2 ms."""
@@ -52,6 +56,22 @@ class BusAddress:
         if self.bitrate:
             found["bitrate"] = self.bitrate
         return found
+
+    def problem(self) -> tuple[str, str] | None:
+        """Return why the bus cannot be opened, and the remedy; None as far as is known."""
+        if self.interface == "socketcan":
+            state = NETWORK / self.channel / "operstate"
+            if not state.exists():
+                return f"there is no CAN interface {self.channel}", _remedy(self)
+            if state.read_text().strip() == "down":
+                return f"the CAN interface {self.channel} is down", _remedy(self)
+        elif self.channel.startswith("/dev/"):
+            if not os.path.exists(self.channel):
+                return f"there is no device {self.channel}", "plug the CAN adapter in"
+            if not os.access(self.channel, os.R_OK | os.W_OK):
+                remedy = 'sudo usermod -aG dialout "$USER"; then log in again'
+                return f"you may not use {self.channel}", remedy
+        return None
 
     def __str__(self) -> str:
         return f"{self.interface} {self.channel}"

@@ -33,12 +33,15 @@ from robots.motors.can_simple import (
 )
 from stack.drivetrain.wheel_loop import OFF
 from stack.errors import BodyError, InputError, ParameterError
-from stack.fast_loop.driver import Driver, DriverCommand, DriverFeedback, DriverSetup
+from stack.fast_loop.driver import Driver, DriverCommand, DriverFeedback, DriverSetup, Lack
+from stack.optional_packages import PYTHON_CAN
 from stack.parameters import parameter
 
-CLEAR, SUPPLY = b"C", struct.Struct("=cdff")
-"""What the body sends to forget all faults; what it gets: `S`, time on the loop's clock, volts and
-amperes of the supply."""
+CLEAR = b"C"
+"""What the body sends to forget all faults."""
+
+SUPPLY, SUPPLY_KIND = struct.Struct("=cdff"), b"S"
+"""What the body gets: its kind, time on the loop's clock, volts and amperes of the supply."""
 
 RETRY, ENGAGES_WITHIN, DISARMS_WITHIN = 0.1, 1.0, 0.5
 """Seconds between two requests of a state; within which it must be reached, and otherwise: it is a
@@ -130,6 +133,14 @@ class OdriveCan(Driver):
         self._setpoint_due = self._state_due = self._supply_due = 0.0
         self._low_since: float | None = None
         self._outbox: list[bytes] = []
+
+    @classmethod
+    def lack(cls, parameters: Any) -> Lack | None:
+        """Return what this machine lacks: python-can, the interface, or the right to use it."""
+        if not PYTHON_CAN.is_installed:
+            return Lack(f"the driver 'odrive_can' needs {PYTHON_CAN.absence}", PYTHON_CAN.hint)
+        problem = parameters.address.problem()
+        return None if problem is None else Lack(problem[0], problem[1], is_device=True)
 
     def open(self) -> None:
         """Find all axes, clear their errors, and try their watchdogs.
@@ -299,7 +310,7 @@ class OdriveCan(Driver):
     def _take(self, node: int, message: Message, now: float) -> None:
         self._by_node[node].take(message, now)
         if isinstance(message, BusVoltageCurrent):
-            self._outbox.append(SUPPLY.pack(b"S", now, message.voltage, message.current))
+            self._outbox.append(SUPPLY.pack(SUPPLY_KIND, now, message.voltage, message.current))
             least = self.parameters.least_voltage
             self._low_voltage = f"the supply has {message.voltage:.1f} V, less than {least:g} V"
             if message.voltage >= least:

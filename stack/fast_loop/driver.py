@@ -104,6 +104,21 @@ class DriverSetup:
 
 
 @dataclass(frozen=True)
+class Lack:
+    """What this machine lacks for a driver.
+
+    Attributes:
+        sentence: what is missing.
+        remedy: the command that helps.
+        is_device: whether it is hardware, which is missed only when the robot is to drive.
+    """
+
+    sentence: str
+    remedy: str
+    is_device: bool = False
+
+
+@dataclass(frozen=True)
 class NoParameters:
     """Parameters of a driver that has none."""
 
@@ -127,6 +142,11 @@ class Driver(ABC):
 
     def __init__(self, setup: DriverSetup, parameters: Any) -> None:
         self.setup, self.parameters = setup, parameters
+
+    @classmethod
+    def lack(cls, parameters: Any) -> Lack | None:
+        """Return what this machine lacks, without touching the hardware; None if nothing."""
+        return None
 
     def open(self) -> None:  # noqa: B027 - some drivers have nothing to connect
         """Connect; may take seconds. The loop begins after it.

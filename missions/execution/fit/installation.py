@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from missions.execution.fit.components import Marks
+from robots.bodies import lack_of
 from stack.components import Choice, Component, noun
 from stack.documents import Finding, Mark, Node, read_file
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
-from stack.optional_packages import MISSING_PACKAGE
+from stack.optional_packages import MISSING_DEVICE, MISSING_PACKAGE
 
 
 def check_packages(choices: dict[str, Choice], marks: Marks) -> None:
@@ -24,6 +25,21 @@ def check_packages(choices: dict[str, Choice], marks: Marks) -> None:
                 found.append(Finding(mark, MISSING_PACKAGE, sentence, package.hint))
     if found:
         raise InputError(found)
+
+
+def check_body(robot: RobotDescription, choice: str) -> list[Finding]:
+    """Return what this machine lacks for the body; a device that is not there is a warning.
+
+    Args:
+        robot: with its choice of a body.
+        choice: of the command line; empty: the robot's.
+    """
+    lack = lack_of(robot, choice)
+    if lack is None:
+        return []
+    file = None if robot.source is None else read_file(robot.source, "robot")
+    code = MISSING_DEVICE if lack.is_device else MISSING_PACKAGE
+    return [Finding(_mark(robot, file, "body"), code, lack.sentence, lack.remedy)]
 
 
 def check_renderer(robot: RobotDescription, option: str) -> None:

@@ -12,7 +12,7 @@ from missions.execution.prepare import RunOptions, diagnose
 from missions.execution.resources import load_robot
 from stack import optional_packages
 from stack.errors import InputError
-from stack.optional_packages import MISSING_PACKAGE, Package
+from stack.optional_packages import MISSING_DEVICE, MISSING_PACKAGE, Package
 from stack.sim.sensors import gl_trial
 
 ROOT = Path(__file__).parents[3]
@@ -20,7 +20,7 @@ OPTIONAL = [item for item in vars(optional_packages).values() if isinstance(item
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 
 
-PROVIDERS = {"serial": "pyserial"}
+PROVIDERS = {"serial": "pyserial", "can": "python-can"}
 """Distributions whose names are not those of their modules."""
 
 
@@ -106,3 +106,47 @@ def test_the_finding_stands_at_the_camera_that_asks_for_opengl(without, tmp_path
     (found,) = refused.value.findings
     assert (found.mark.line, found.mark.column) == (4, 15)
     assert "renderer: auto" in found.hint
+
+
+@pytest.fixture
+def wheels(tmp_path):
+    """A mission on own wheels, by the rest of its driver."""
+    scout = ROOT / "robots" / "scout"
+    text = (scout / "robot.yaml").read_text().replace("scout.urdf", str(scout / "scout.urdf"))
+
+    def make(rest):
+        body = f"body: {{use: wheels, driver: {{use: odrive_can, {rest}}}}}"
+        (tmp_path / "robot.yaml").write_text(f"{text[: text.index('lidar:')]}\n{body}\n")
+        mission = tmp_path / "m.yaml"
+        mission.write_text(
+            "mission: m\nrobot: ./robot.yaml\nworld: small_room\n"
+            "localisation: dead_reckoning\nrun: {wait: 1 s}\n"
+        )
+        return [
+            str(item).split("/robot.yaml:")[-1].partition(" ")[2]
+            for item in diagnose(mission).findings
+            if item.code in (MISSING_PACKAGE, MISSING_DEVICE)
+        ]
+
+    return make
+
+
+def test_motor_drives_need_python_can(without, wheels):
+    without("can")
+    assert wheels("channel: can0") == [
+        "error[E450] the driver 'odrive_can' needs the Python package can, which is not "
+        "installed; install it: pip install 'treepilot[can]'"
+    ]
+
+
+def test_an_interface_that_is_not_there_is_a_warning(wheels, tmp_path, monkeypatch):
+    monkeypatch.setattr("robots.motors.can_bus.NETWORK", tmp_path)
+    setup = "set it up: sudo ip link set can7 up type can bitrate 500000 restart-ms 100"
+    assert wheels("channel: can7") == [f"warning[W450] there is no CAN interface can7; {setup}"]
+    (tmp_path / "can7").mkdir()
+    (tmp_path / "can7" / "operstate").write_text("down\n")
+    assert wheels("channel: can7") == [f"warning[W450] the CAN interface can7 is down; {setup}"]
+    (tmp_path / "can7" / "operstate").write_text("up\n")
+    assert wheels("channel: can7") == []
+    found = wheels("interface: slcan, channel: /dev/ttyACM77")
+    assert found == ["warning[W450] there is no device /dev/ttyACM77; plug the CAN adapter in"]

@@ -164,7 +164,7 @@ def _run(loop: FastLoop, seconds: float, rate: int, channel: str) -> int:
             if random.random() < 0.3:
                 noise.sendto(random.randbytes(random.randrange(60)), (address, int(port)))
             else:
-                bus.send(next(source))
+                bus.send(next(frame for frame in source if not _stops(frame)))
         time.sleep(0.01)  # noqa: TID251
     bus.shutdown()
     noise.close()
