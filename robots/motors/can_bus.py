@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 MOST_FRAMES = 20
 """Frames that one call reads: more than a bus of 1 Mbit/s carries in 2 ms."""
 
-BUS_OFF, RESTARTED = 0x40, 0x100
-"""Bits of the identifier of Linux' error frames (linux/can/error.h)."""
+BUS_OFF = 0x40
+"""Bit of the identifier of Linux' error frames (linux/can/error.h)."""
 
 UNSENT = 0.1
 """Seconds without a frame that could be sent after which the bus does not work."""
@@ -67,7 +67,7 @@ class CanBus:
     Attributes:
         ignored: frames so far that are not of these nodes or make no sense.
         unread: errors of the interface while it read.
-        is_off: whether the controller has left the bus.
+        is_off: whether the controller has left the bus, also if it is back.
 
     Raises:
         InputError: python-can is not installed.
@@ -135,6 +135,10 @@ class CanBus:
             return f"nothing can be sent on the CAN bus: {self._refusal}"
         return ""
 
+    def forget(self) -> None:
+        """Forget all problems."""
+        self.is_off, self._refused_since = False, None
+
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()
@@ -155,9 +159,7 @@ class CanBus:
 
     def _read(self, frame: can.Message) -> tuple[int, Message] | None:
         if frame.is_error_frame:
-            self.is_off = bool(frame.arbitration_id & BUS_OFF) or (
-                self.is_off and not frame.arbitration_id & RESTARTED
-            )
+            self.is_off = self.is_off or bool(frame.arbitration_id & BUS_OFF)
             return None
         if frame.is_extended_id or frame.is_remote_frame or frame.is_fd:
             return None

@@ -186,6 +186,7 @@ class OdriveCan(Driver):
         """Forget all faults, if the body asks for it; the axes are then armed again."""
         if message != CLEAR:
             return
+        self._open_bus.forget()
         for axis in self.axes:
             axis.forget()
         self._fault, self._clears, self._is_engaged = "", True, False

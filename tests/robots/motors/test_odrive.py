@@ -1,5 +1,7 @@
 """The driver `odrive_can` in a fast loop, with emulated axes in a process of their own."""
 
+from signal import SIGKILL, SIGSTOP
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from stack.errors import BodyError, ParameterError
 from stack.fast_loop.client import FastLoop, LoopSetup
 from stack.types import Twist
 from tests.robots.motors.axes_process import axes_process
+from tests.robots.motors.signals import SCOUT, stop_after
 from tests.stack.fast_loop.test_process import state_of, until
 
 pytestmark = pytest.mark.xdist_group("fast_loop")
@@ -96,3 +99,12 @@ def test_what_cannot_drive_is_refused_before_anything_moves(axes, start, change,
 def test_wrong_parameters(values, sentence):
     with pytest.raises(ParameterError, match=sentence):
         OdriveParameters(**values)
+
+
+@pytest.mark.parametrize(
+    ("victim", "number"),
+    [("brain", SIGKILL), ("brain", SIGSTOP), ("loop", SIGKILL), ("loop", SIGSTOP)],
+)
+def test_the_wheels_stand_when_the_brain_or_the_loop_is_gone(victim, number):
+    """The times are those of test_faults.py, and are measured by signals.py."""
+    assert stop_after(victim, number, SCOUT).distance > 0.0
