@@ -5,7 +5,8 @@
     report = treepilot.run("01_drive_to_a_point", seed=3)
     assert report.status == "success"
 
-`treepilot.testing` has the tools for tests of plugins. The other packages are internal; their names
+`treepilot.testing` has the tools for tests of plugins, `treepilot.drivers` what drivers of motors
+need. The other packages are internal; their names
 can change without notice.
 """
 

@@ -273,7 +273,7 @@ class RunView(TerminalApp):
         self.call_after_refresh(self._fill_sheet, sheet)
 
     def _fill_sheet(self, sheet: Sheet) -> None:
-        if self.snapshot is not None and sheet.is_attached:
+        if self.snapshot is not None:
             sheet.show(Shown(self.snapshot, self.link(), self._figures))
 
     def action_search(self) -> None:

@@ -141,7 +141,7 @@ class ParameterScreen(ModalScreen[None]):
 
     def show(self, values: Mapping[str, Any]) -> None:
         """Show the values of a newer snapshot."""
-        if values != self._values:
+        if self.is_mounted and values != self._values:
             self._values = values
             self._list()
 

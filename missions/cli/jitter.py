@@ -16,7 +16,7 @@ def jitter(
     load: Annotated[bool, typer.Option("--load", help="keep all processors busy")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
 ) -> None:
-    """Measure how late the fast loop of a real robot runs on this machine.
+    """Measure how late the fast loop runs on this machine.
 
     The loop runs with emulated wheels, first with the real-time privileges that this user gets,
     then without. What was not granted is printed with the command that grants it. Nothing moves.

@@ -146,7 +146,8 @@ class RoverLink:
             return f"no heartbeat of a rover on {self.address}"
         if self.phase is Phase.ENGAGING and self._now - self._engaged_since > ENGAGING_TIME:
             return self._waiting_for
-        return self._reason if self.phase in (Phase.TAKEN_OVER, Phase.LOST) else ""
+        shown = (Phase.TAKEN_OVER, Phase.LOST, Phase.STANDING_BY)
+        return self._reason if self.phase in shown else ""
 
     @property
     def _waiting_for(self) -> str:
@@ -244,7 +245,9 @@ class RoverLink:
         """Notice that the rover is not heard any more, or again."""
         if self.phase is Phase.LOST:
             if now - rover.heard < SILENCE and now - rover.beat < SILENT_HEARTBEAT:
-                self.phase, self._reason = Phase.STANDING_BY, ""
+                # It stays a problem until control is asked for: the brain may not have seen it.
+                again = f"the rover was lost ({self._reason}); `resume` asks for control again"
+                self.phase, self._reason = Phase.STANDING_BY, again if self._engagement else ""
                 self._requests.repeat()
         elif now - rover.heard > SILENCE:
             self._lose(f"nothing heard from the rover for {now - rover.heard:.1f} s")

@@ -20,8 +20,10 @@ HOLDING = (PAUSE, STOP, ABORT)
 _METRES = Declaration("fence", float, unit="m")
 
 
-def _action(default: str, condition: str, of: tuple[str, ...] = ACTIONS) -> Any:
-    return parameter(default, one_of=of, public=True, help=f"what to do when {condition}")
+def _action(
+    default: str, condition: str, of: tuple[str, ...] = ACTIONS, *, public: bool = True
+) -> Any:
+    return parameter(default, one_of=of, public=public, help=f"what to do when {condition}")
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ class FailsafeParameters:
     link: str = _action(PAUSE, "the robot does not answer", HOLDING)
     motor: str = _action(PAUSE, "a motor reports an error", HOLDING)
     pilot: str = _action(PAUSE, "a pilot takes over by the transmitter", HOLDING)
-    clock: str = _action(PAUSE, "the robot's clock jumps", HOLDING)
-    fast_loop: str = _action(PAUSE, "the fast loop does not answer", HOLDING)
+    clock: str = _action(PAUSE, "the robot's clock jumps", HOLDING, public=False)
+    fast_loop: str = _action(PAUSE, "the fast loop does not answer", HOLDING, public=False)
     hardware: str = _action(PAUSE, "the robot reports another problem", HOLDING)
     low_battery: str = _action(WARN, "the charge is below low_charge")
     low_charge: float = parameter(0.2, at_least=0.0, at_most=1.0, help="share of a full battery")

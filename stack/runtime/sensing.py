@@ -12,6 +12,9 @@ from stack.runtime.sensor_rates import SensorRates
 from stack.telemetry.hub import SENSORS, reason_of
 from stack.types import DepthImage, Image, Observation, Pose2D, SensorState
 
+LATEST = 1.0
+"""Seconds after the begin in which measurements from before it may still arrive."""
+
 
 class Sensing:
     """Takes observations from the body and removes what cannot be used.
@@ -71,11 +74,14 @@ class Sensing:
     def _since_begin(self, observation: Observation) -> Observation:
         """Return the observation without what was measured before the first one.
 
-        A real robot's sensors run already then, and there is no pose for what they saw.
+        A real robot's sensors run already then, and there is no pose for what they saw. Old stamps
+        that come later are those of a wrong clock, which others count and report.
         """
         if self._begin is None:
             self._begin = observation.time
         begin = self._begin
+        if observation.time - begin > LATEST:
+            return observation
         if all(one.stamp >= begin for one in observation.measurements.values()):
             return observation
         kept = {name: one for name, one in observation.measurements.items() if one.stamp >= begin}

@@ -66,4 +66,5 @@ class SensorRates:
             if time > now - span:
                 break
             count -= old
-        return SensorState(name, count / span, expected, now - heard[-1][0] if heard else inf)
+        rate = count / span if len(heard) > 1 else 0.0
+        return SensorState(name, rate, expected, now - heard[-1][0] if heard else inf)

@@ -29,7 +29,7 @@ def imported_modules(text: str) -> set[str]:
 def internal_modules(text: str) -> set[str]:
     return {
         name
-        for name in imported_modules(text) - {"treepilot", "treepilot.testing"}
+        for name in imported_modules(text) - {"treepilot", "treepilot.testing", "treepilot.drivers"}
         if name.partition(".")[0] not in OTHERS
     }
 

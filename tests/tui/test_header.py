@@ -102,6 +102,17 @@ def test_lost_records_are_told_until_the_end():
     assert notice(lost, CALM).detail == "sensors.mcap: no space left on device"
 
 
+async def test_what_holds_the_robot_is_told_in_the_place_of_the_node():
+    source, held = SampleSource(), Limitation("stopped", "obstacle", "a chair ahead")
+    app = Dashboard(source, live=False)
+    async with app.run_test(size=(160, 24)):
+        bar = app.query_one(StatusBar)
+        bar.show(replace(RUNNING, limitations=(held,)), source.info, CALM)
+        assert "held: a chair ahead" in bar.render_line(0).text
+        bar.show(replace(RUNNING, limitations=()), source.info, CALM)
+        assert "held" not in bar.render_line(0).text
+
+
 @pytest.mark.parametrize("columns", [20, 40, 80, 120])
 async def test_it_can_be_read_at_every_width(columns):
     """All of it from 44 columns on; below that its beginning."""

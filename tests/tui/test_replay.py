@@ -10,7 +10,7 @@ from stack.errors import TelemetryError
 from stack.telemetry.hub import SNAPSHOTS, Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.recording_parameters import RecordingParameters
-from stack.telemetry.records import Command
+from stack.telemetry.records import Command, Event
 from stack.telemetry.snapshots.log import SnapshotLog
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from tests.stack.telemetry.synthetic_run import SyntheticRun
@@ -19,7 +19,7 @@ from tui.panes.events_pane import EventsPane
 from tui.panes.map_pane import MapPane
 from tui.panes.tree_pane import TreePane
 from tui.replay.app import AskTime, ReplayDashboard, seconds_of
-from tui.replay.player import Player
+from tui.replay.player import Player, is_failure
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +117,16 @@ async def test_skips_stay_within_the_run(pilot, player):
     ):  # fmt: skip
         await press(pilot, keys)
         assert pilot.app.snapshot.time == pytest.approx(time, abs=0.21)
+
+
+@pytest.mark.parametrize(
+    ("kind", "level", "fields", "stops"),
+    [("doubt", "warning", {"doubt": "lost"}, True), ("doubt", "info", {"doubt": "none"}, False),
+     ("failsafe", "warning", {}, True), ("node_status", "info", {"to": "failure"}, True),
+     ("held", "warning", {}, False), ("body", "error", {}, True)],
+)  # fmt: skip
+def test_what_the_key_for_failures_stops_at(kind, level, fields, stops):
+    assert is_failure(Event(0, 0, 1.0, level, "test", kind, "text", fields)) == stops
 
 
 async def test_events_and_failures(pilot, player):

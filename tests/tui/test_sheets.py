@@ -49,6 +49,16 @@ async def test_a_key_opens_a_sheet_and_the_stop_works_on_it(pilot, key):
     assert not isinstance(pilot.app.screen, Sheet) and not pilot.app.source.pictures
 
 
+@pytest.mark.parametrize("name", ["health", "plots", "camera"])
+async def test_a_snapshot_that_comes_before_the_widgets_of_a_sheet_does_no_harm(pilot, name):
+    pilot.app.action_sheet(name)
+    assert isinstance(pilot.app.screen, Sheet) and not pilot.app.screen.is_mounted
+    pilot.app.show(pilot.app.snapshot)
+    await pilot.pause()
+    pilot.app.show(pilot.app.snapshot)
+    assert pilot.app.screen.is_mounted
+
+
 @pytest.mark.parametrize(
     ("state", "colour"),
     [

@@ -72,8 +72,13 @@ class StatusBar(TextLines):
         return text
 
     def _doing(self, text: Text, snapshot: Snapshot) -> None:
-        """Append the running node."""
-        if not snapshot.state.is_over and (row := deepest_running(snapshot.tree)) is not None:
+        """Append what holds the robot, or else the running node."""
+        if snapshot.state.is_over:
+            return
+        holds = next((one for one in snapshot.limitations if one.stands), None)
+        if holds is not None:
+            text.append(f"  held: {one_line(holds.detail)}", style=f"not bold {css(WARN)}")
+        elif (row := deepest_running(snapshot.tree)) is not None:
             text.append(f"  {one_line(row.name)}", style=f"not bold {css(BUSY)}")
             text.append(f"  {one_line(row.message)}", style=f"not bold {css(DIM)}")
 

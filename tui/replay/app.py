@@ -35,7 +35,7 @@ REPLAY_KEYS = (
     Key("less_than_sign", "factor(0.5)"),
     Key("n", "next_event(1)", "Event", "next event; N the one before", "n N"),
     Key("N", "next_event(-1)"),
-    Key("x", "next_failure(1)", "Failure", "next failure or error; X the one before", "x X"),
+    Key("x", "next_failure(1)", "Failure", "next failure, doubt or failsafe; X: before", "x X"),
     Key("X", "next_failure(-1)"),
     Key("s", "next_change(1)", "", "next change of the selected node; S: the last", "s S"),
     Key("S", "next_change(-1)"),
@@ -142,7 +142,7 @@ class ReplayDashboard(RunView, inherit_bindings=False):
         self._seek(self._player.moments.events, direction, "event")
 
     def action_next_failure(self, direction: int) -> None:
-        """Go to the next failure of a node or error, or to the one before."""
+        """Go to the next failure of a node, error, doubt or failsafe, or to the one before."""
         self._seek(self._player.moments.failures, direction, "failure")
 
     def action_next_change(self, direction: int) -> None:

@@ -27,6 +27,9 @@ PAST = 75
 SHOWN_EVENTS = 2000
 """Events that are shown after a jump."""
 
+TROUBLES = ("doubt", "failsafe")
+"""Kinds of events whose warnings count as failures."""
+
 LEAP = 2.0
 """Robot time by which the play goes on at most without a jump, s."""
 
@@ -222,15 +225,15 @@ class Player:
         self._moments = Moments(
             tuple(event.time for event in told),
             tuple(event.time for event in told if event.level == "warning"),
-            tuple(event.time for event in self._log if _is_failure(event)),
+            tuple(event.time for event in self._log if is_failure(event)),
         )
 
 
-def _is_failure(event: Event) -> bool:
-    """Whether an event is an error, or says that a node has failed."""
-    return event.level == "error" or (
-        event.kind == "node_status" and event.fields.get("to") == "failure"
-    )
+def is_failure(event: Event) -> bool:
+    """Whether an event is an error, or says that a node failed, or that the robot is in trouble."""
+    if event.kind == "node_status":
+        return event.fields.get("to") == "failure"
+    return event.level == "error" or (event.kind in TROUBLES and event.level == "warning")
 
 
 _WORDS = {

@@ -36,7 +36,7 @@ class CameraSheet(Sheet):
             sheet.border_subtitle = "C or esc closes"
             yield Picture()
 
-    def show(self, shown: Shown) -> None:
+    def fill(self, shown: Shown) -> None:
         """Show the picture of a snapshot."""
         snapshot = shown.snapshot
         self.query_one(Picture).draw(snapshot, why_none(snapshot, replayed=shown.link.is_replay))

@@ -31,7 +31,7 @@ class HealthSheet(Sheet):
             sheet.border_subtitle = "H or esc closes"
             yield Static(f"[{css(DIM)}]waiting for the robot[/]")
 
-    def show(self, shown: Shown) -> None:
+    def fill(self, shown: Shown) -> None:
         """Show the figures of a snapshot."""
         text = Text(no_wrap=True, overflow="ellipsis")
         _sensors(text, shown.snapshot)

@@ -119,7 +119,7 @@ class PlotSheet(Sheet):
         self.query_one(OptionList).focus()
         self._label()
 
-    def show(self, shown: Shown) -> None:
+    def fill(self, shown: Shown) -> None:
         """Show the numbers of a snapshot."""
         self._shown = shown
         self._list()

@@ -37,9 +37,14 @@ class Sheet(ModalScreen[None]):
     TAKES_PICTURES: ClassVar[bool] = False
     """Whether the camera's pictures are wanted while it is shown."""
 
-    @abstractmethod
     def show(self, shown: Shown) -> None:
-        """Show a new snapshot."""
+        """Show a new snapshot; nothing while its widgets are not there yet, or no longer."""
+        if self.is_mounted and self.is_attached:
+            self.fill(shown)
+
+    @abstractmethod
+    def fill(self, shown: Shown) -> None:
+        """Fill the widgets."""
 
     def action_close(self) -> None:
         """Return to the panes."""

@@ -22,7 +22,10 @@ def mavlink(
     ] = 3.0,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON")] = False,
 ) -> None:
-    """List the systems on a MAVLink address: types, modes, versions, messages with their rates."""
+    """List who is on a MAVLink address, and what they send.
+
+    Of each component: type, autopilot, version, mode, and its messages with their rates.
+    """
     from missions.inspection.mavlink_systems import listen
 
     heard = listen(address, seconds)

@@ -20,9 +20,9 @@ def trace(  # noqa: PLR0913 - options of a command
         float, typer.Option(help="last time shown, seconds", show_default="the end")
     ] = inf,
     at: Annotated[
-        float | None,
-        typer.Option(metavar="TIME", help="print the tree as it was at this time, seconds"),
-    ] = None,
+        str,
+        typer.Option(metavar="TIME", help="print the tree as it was then: 83.5, 1:23 or 1:02:03"),
+    ] = "",
     summary: Annotated[
         bool, typer.Option("--summary", help="print one line per node: times and states")
     ] = False,
@@ -31,14 +31,15 @@ def trace(  # noqa: PLR0913 - options of a command
 
     For a node that never started, the reason is printed.
     """
+    from missions.execution.supervision.replaying import time_of
     from missions.inspection import trace as tracing
     from missions.inspection.run_folders import find_run
 
-    if at is not None and (node or summary or since or until < inf):
+    if at and (node or summary or since or until < inf):
         raise InputError("--at shows the whole tree; leave out the other options")
     told = tracing.read_trace(find_run(run, Path("runs")))
-    if at is not None:
-        lines = tracing.tree_at(told, at)
+    if at:
+        lines = tracing.tree_at(told, time_of(at))
     elif summary:
         lines = tracing.summary(told, node)
     else:

@@ -13,6 +13,18 @@ from tui.replay.player import Player
 from tui.viewer import show_recording
 
 
+def time_of(at: str) -> float:
+    """Return the seconds of the value of `--at`.
+
+    Raises:
+        InputError: it is no time.
+    """
+    time = seconds_of(at)
+    if time is None:
+        raise InputError(f"--at {at}: expected seconds, minutes:seconds or hours:minutes:seconds")
+    return time
+
+
 def player_of(folder: Path, at: str, factor: float) -> Player:
     """Return a player of a run folder.
 
@@ -24,9 +36,7 @@ def player_of(folder: Path, at: str, factor: float) -> Player:
     Raises:
         InputError: the folder has no snapshots, or `at` is no time.
     """
-    begin = seconds_of(at) if at else None
-    if at and begin is None:
-        raise InputError(f"--at {at}: expected seconds, minutes:seconds or hours:minutes:seconds")
+    begin = time_of(at) if at else None
     player = Player(SnapshotRecording(folder), factor=factor)
     if begin is not None:
         player.toggle()

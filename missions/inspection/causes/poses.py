@@ -1,4 +1,4 @@
-"""Causes in the pose: wrong, unknown, or turning on the spot."""
+"""Causes in the pose: moved by hand, wrong, unknown, or turning on the spot."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from math import degrees, pi
 
 import numpy as np
 
-from missions.inspection.causes.cause import SYMPTOM, Cause, Fact, share
+from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence, pose_error
+from missions.inspection.causes.motion import jump_of
 from stack.types import FailureCode, wrap_angle
 from stack.types.limitations import LOST
 
@@ -17,22 +18,55 @@ TURNED = 4.0 * pi
 HELD_UP = frozenset({FailureCode.LOST, FailureCode.AMBIGUOUS})
 
 
+def moved_by_hand(evidence: Evidence) -> Cause | None:
+    """Somebody carried the robot: it is elsewhere, and its wheels did not drive it there.
+
+    Without a truth, a jump of the estimate after doubt says so too, but less surely: the pose may
+    have been wrong before.
+    """
+    confused = 1.0 if _is_confused(evidence) else evidence.held_share(LOST)
+    lifted = evidence.told("lifted", evidence.shots[0].time)[-1:]
+    jumped = jump_of(evidence.shots)
+    if not confused or not (lifted or jumped):
+        return None
+    is_seen = bool(lifted) or evidence.last.truth is not None
+    if not is_seen and not evidence.told("doubt", evidence.shots[0].time):
+        return None
+    facts = [Fact(event.text, event.time) for event in lifted]
+    if jumped is not None:
+        what = "robot" if is_seen else "estimate"
+        facts.append(
+            Fact(f"the {what} moved by {jumped.distance:.2f} m, its wheels by "
+                 f"{jumped.wheels:.2f} m", jumped.time, jumped.at)
+        )  # fmt: skip
+    return Cause(
+        "moved by hand", confused * (CERTAIN if is_seen else SYMPTOM),
+        "the robot was carried to another place, and did not know where it was", tuple(facts),
+        "run `relocalise` after a move, for example in an event on `localisation.health`; or tell "
+        "the robot its pose (`i` in the dashboard, `treepilot tell RUN pose POSE`)",
+    )  # fmt: skip
+
+
+def _is_confused(evidence: Evidence) -> bool:
+    return evidence.code in HELD_UP or pose_error(evidence.last) >= 1.0
+
+
 def pose_wrong(evidence: Evidence) -> Cause | None:
     """The estimate was confident, and elsewhere than the robot."""
     shot = evidence.last
     error = pose_error(shot)
     if error < 1.0 or shot.health < shot.health_thresholds.lost or shot.truth is None:
         return None
+    if moved_by_hand(evidence) is not None:
+        return None
     first = next(item for item in evidence.shots if pose_error(item) >= 1.0)
     away = shot.pose.distance_to(shot.truth)
     turned = abs(wrap_angle(shot.pose.heading - shot.truth.heading))
-    moved = evidence.told("lifted")
     facts = (
         Fact(f"the estimate is {away:.2f} m and {degrees(turned):.0f} deg from the truth "
              f"({shot.truth.x:.2f}, {shot.truth.y:.2f}), with a health of {shot.health:.2f}",
              shot.time, (shot.pose.x, shot.pose.y)),
         Fact("the pose was wrong", first.time, (first.pose.x, first.pose.y)),
-        *(Fact(event.text, event.time) for event in moved[-1:]),
     )  # fmt: skip
     return Cause(
         "pose wrong", SYMPTOM * share(error, 2.0),
@@ -49,14 +83,15 @@ def lost(evidence: Evidence) -> Cause | None:
     if not certain and not held:
         return None
     doubts = evidence.told("doubt")[-2:]
-    shot, rivals = evidence.before, len(evidence.last.rivals)
+    shot, rivals = evidence.last, len(evidence.last.rivals)
+    worst = min(evidence.shots, key=lambda item: item.health)
     facts = (
-        Fact(f"health {evidence.last.health:.2f}, lost below "
-             f"{evidence.last.health_thresholds.lost:g}", evidence.end,
-             (shot.pose.x, shot.pose.y)),
+        Fact(f"health {worst.health:.2f}, lost below {worst.health_thresholds.lost:g}",
+             worst.time, (worst.pose.x, worst.pose.y)),
+        *([Fact(f"health {shot.health:.2f} at the failure", shot.time)]
+          if shot.health >= shot.health_thresholds.lost else []),
         *(Fact(event.text, event.time) for event in doubts),
         *([Fact(f"{rivals + 1} places explain the scans about as well")] if rivals else []),
-        *(Fact(event.text, event.time) for event in evidence.told("lifted")[-1:]),
     )  # fmt: skip
     return Cause(
         "lost", SYMPTOM if certain else SYMPTOM * held,
@@ -85,4 +120,4 @@ def spinning(evidence: Evidence) -> Cause | None:
     )  # fmt: skip
 
 
-CAUSES = (pose_wrong, lost, spinning)
+CAUSES = (moved_by_hand, pose_wrong, lost, spinning)

@@ -6,6 +6,7 @@ from missions.inspection.causes import (
     costmaps,
     endings,
     holdups,
+    motion,
     passages,
     planning,
     poses,
@@ -18,8 +19,8 @@ from missions.inspection.causes.failed_nodes import earlier_failures, failed_nod
 from missions.inspection.page.story import Story
 
 EVERY = (
-    *endings.CAUSES, *time_limits.CAUSES, *poses.CAUSES, *costmaps.CAUSES, *passages.CAUSES,
-    *sensors.CAUSES, *planning.CAUSES, *holdups.CAUSES,
+    *endings.CAUSES, *time_limits.CAUSES, *motion.CAUSES, *poses.CAUSES, *costmaps.CAUSES,
+    *passages.CAUSES, *sensors.CAUSES, *planning.CAUSES, *holdups.CAUSES,
 )  # fmt: skip
 """Functions of the evidence; of two equally strong causes, that of the earlier one comes first."""
 

@@ -1,8 +1,9 @@
-"""Causes in the sensors: silent, late, with wrong stamps; and wheels that slip."""
+"""Causes in the sensors: silent, late, with wrong stamps."""
 
 from __future__ import annotations
 
 from itertools import pairwise
+from math import isfinite
 
 import numpy as np
 
@@ -24,9 +25,6 @@ RECENT = 5.0
 MOVED, UNCHANGED = 0.01, 1e-3
 """Metres by which a robot moves from scan to scan, and by which noise alone changes ranges."""
 
-COMMANDED = 0.5
-"""Metres commanded from which on slip is judged."""
-
 
 def sensor_silent(evidence: Evidence) -> Cause | None:
     """A sensor delivered nothing."""
@@ -36,19 +34,17 @@ def sensor_silent(evidence: Evidence) -> Cause | None:
     ages = _ages(evidence)
     stops = evidence.held_share(OLD_MEASUREMENT)
     blind = bool(len(ages)) and ages[-1] > 1.0
-    first = min(silent, key=lambda event: event.number)
     facts = (
         *(Fact(event.text, event.time) for event in silent),
         *([Fact(f"the newest scan was {ages[-1]:.1f} s old", evidence.end)] if blind else []),
         *([Fact(f"old measurements cost {stops:.0%} of the time")] if stops else []),
     )
-    names = ", ".join(
-        str(event.fields.get("sensor", event.fields.get("camera"))) for event in silent
-    )
+    alarm = min(event.time for event in silent)
+    names = [str(event.fields.get("sensor", event.fields.get("camera"))) for event in silent]
     strength = CERTAIN if blind else CERTAIN * max(0.4, stops)
     return Cause(
         "sensor silent", strength * (1.0 - _dropped_share(evidence)),
-        f"no measurements of {names} from {first.time:.1f} s on", facts,
+        f"no measurements of {', '.join(names)} {_newest(evidence, names, alarm)}", facts,
         "check its cable, power and driver; a mission can wait for it or stop, see `treepilot "
         "trace`",
     )  # fmt: skip
@@ -147,44 +143,18 @@ def wrong_stamps(evidence: Evidence) -> Cause | None:
     )  # fmt: skip
 
 
-def wheel_slip(evidence: Evidence) -> Cause | None:
-    """The wheels turned, and the robot did not move."""
-    first, commanded, moved = max(
-        (_driven(evidence, first) for first in (0, len(evidence.shots) - evidence.stalled)),
-        key=lambda one: share(one[1] - one[2], one[1]),
-    )
-    if commanded < COMMANDED or moved > commanded:
-        return None
-    missing = commanded - moved
-    pose = evidence.last.pose
-    touched = bool(evidence.told("contact", evidence.times[first]))
-    facts = (
-        Fact(f"{commanded:.1f} m were commanded and {moved:.1f} m driven in the last "
-             f"{evidence.times[-1] - evidence.times[first]:.0f} s", evidence.end, (pose.x, pose.y)),
-        *([Fact("the robot touched something meanwhile")] if touched else []),
-    )  # fmt: skip
-    return Cause(
-        "wheel slip", CERTAIN * share(missing, commanded) * (0.6 if touched else 1.0),
-        "the wheels turned, and the robot hardly moved", facts,
-        "look at the floor, the tyres and what the robot may push against; drive slower there, and "
-        "use odometry by scans (`odometry`)",
-    )  # fmt: skip
+def _newest(evidence: Evidence, names: list[str], alarm: float) -> str:
+    """Say when the newest measurement of the silent sensors came.
 
-
-def _driven(evidence: Evidence, first: int) -> tuple[int, float, float]:
-    """Return the first snapshot, and the metres commanded and driven from it on.
-
-    Only where two snapshots in turn command the same direction: a command that flickers, as before
-    an obstacle, moves no robot.
+    A snapshot may hold an age that is a little old: the earliest of the times since the alarm is
+    the right one.
     """
-    shots = evidence.shots[first:]
-    commanded = moved = 0.0
-    for one, other in pairwise(shots):
-        speeds = one.commanded.linear, other.commanded.linear
-        if speeds[0] * speeds[1] > 0.0:
-            commanded += min(map(abs, speeds)) * (other.time - one.time)
-            moved += (one.truth or one.pose).distance_to(other.truth or other.pose)
-    return (first, commanded, moved) if commanded >= COMMANDED else (first, 0.0, 0.0)
+    came = [
+        shot.time - sensor.age
+        for shot in evidence.shots if shot.time >= alarm
+        for sensor in shot.sensors if sensor.name in names and isfinite(sensor.age)
+    ]  # fmt: skip
+    return f"after {min(came):.1f} s" if came else "at all"
 
 
 def _silent(evidence: Evidence) -> list[Event]:
@@ -220,6 +190,4 @@ def _ages(evidence: Evidence) -> FloatArray:
     )
 
 
-CAUSES = (
-    sensor_silent, scans_repeated, scans_late, age_limit_low, wrong_stamps, wheel_slip,
-)  # fmt: skip
+CAUSES = (sensor_silent, scans_repeated, scans_late, age_limit_low, wrong_stamps)

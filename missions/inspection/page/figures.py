@@ -28,6 +28,9 @@ ROW = 17
 MOST_ROWS = 60
 """Rows of the timeline; deeper nodes are left out first."""
 
+LEAST_APART = 0.3
+"""The true way is drawn if it is anywhere farther from the estimate than this, metres."""
+
 RUN_COLOURS = ("var(--run1)", "var(--run2)", "var(--run3)", "var(--run4)")
 OUTCOMES = {"success": "good", "failure": "bad", "idle": "idle", "running": "busy"}
 
@@ -55,11 +58,13 @@ def map_figure(story: Story) -> str:
     top = max(0.2, float(np.nanmax(samples.speed, initial=0.0)))
     x, y = view.pixels(samples.x, samples.y)
     for first, last, level in _stretches(samples.speed / top, x, y):
-        points = " ".join(
-            f"{a:.1f},{b:.1f}" for a, b in zip(x[first:last], y[first:last], strict=True)
-        )
+        points = _points(x[first:last], y[first:last])
         parts.append(f'<polyline class="speed{level}" points="{points}"/>')
+    true_way = bool((samples.error > LEAST_APART).any())
+    if true_way:
+        parts += _true_way(samples, view)
     parts += _held_marks(samples, x, y)
+    parts += _moved_marks(story, view)
     for name, at in story.places.items():
         a, b = view.pixel(*at)
         parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" class="place"/>',
@@ -75,6 +80,8 @@ def map_figure(story: Story) -> str:
     legend = [
         ("speed0", "slow"), ("speed4", f"{top:.1f} m/s"), ("heldmark", "held"),
     ]  # fmt: skip
+    if true_way:
+        legend.append(("truth", "true way"))
     for number, (kind, word) in enumerate(legend):
         left = 8 + 90 * number
         parts += [f'<line x1="{left}" y1="{view.height + 12}" x2="{left + 18}" '
@@ -90,8 +97,10 @@ class _View:
     """Scale of a map figure: metres to its units, north up."""
 
     def __init__(self, grid: OccupancyGrid | None, samples: Samples) -> None:
-        low = np.array([samples.x.min(), samples.y.min()]) - 1.0
-        high = np.array([samples.x.max(), samples.y.max()]) + 1.0
+        x = np.concatenate([samples.x, samples.true_x])
+        y = np.concatenate([samples.y, samples.true_y])
+        low = np.array([np.nanmin(x), np.nanmin(y)]) - 1.0
+        high = np.array([np.nanmax(x), np.nanmax(y)]) + 1.0
         if grid is not None:
             rows, columns = np.nonzero(grid.cells >= 0)
             if len(rows):
@@ -152,6 +161,39 @@ def _stretches(shares: FloatArray, x: FloatArray, y: FloatArray) -> list[tuple[i
                 found.append((first, last, int(levels[first])))
             first = at
     return found
+
+
+def _true_way(samples: Samples, view: _View) -> list[str]:
+    """The way that the robot really took."""
+    known = np.isfinite(samples.true_x)
+    x, y = view.pixels(samples.true_x[known], samples.true_y[known])
+    return [
+        f'<polyline class="truth" points="{_points(x[first:last], y[first:last])}"/>'
+        for first, last, _ in _stretches(np.zeros(len(x)), x, y)
+    ]
+
+
+def _points(x: FloatArray, y: FloatArray) -> str:
+    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+
+
+def _moved_marks(story: Story, view: _View) -> list[str]:
+    """Where the robot was when it was lifted or pushed; just before, in truth if it is known."""
+    parts, samples = [], story.samples
+    for event in story.events:
+        if event.kind not in ("lifted", "pushed"):
+            continue
+        number = max(0, int(np.searchsorted(samples.time, event.time)) - 1)
+        known = np.isfinite(samples.true_x[number])
+        at = (samples.true_x, samples.true_y) if known else (samples.x, samples.y)
+        a, b = view.pixel(float(at[0][number]), float(at[1][number]))
+        words = f"{event.time:.1f} s: {event.text}"
+        label = text(a + 10, b + 14, f"{event.kind} {event.time:.1f} s", "small")
+        parts.append(
+            f'<g><title>{escape(words)}</title><path d="M{a:.1f} {b - 7:.1f}l7 7l-7 7l-7 -7z" '
+            f'class="moved"/>{label}</g>'
+        )
+    return parts
 
 
 def _held_marks(samples: Samples, x: FloatArray, y: FloatArray) -> list[str]:

@@ -48,6 +48,8 @@ polyline { fill: none; stroke-width: 3; stroke-linejoin: round; stroke-linecap: 
 .speed3 { stroke: #37b24d; } .speed4 { stroke: #f59f00; }
 line.speed0, line.speed4 { stroke-width: 4; }
 .heldmark { fill: none; stroke: var(--bad); stroke-width: 2.5; } .held { fill: var(--bad); }
+.truth { stroke: var(--ink); stroke-width: 1.6; stroke-dasharray: 5 4; }
+.moved { fill: var(--warn); stroke: var(--paper); }
 .place { fill: none; stroke: var(--dim); }
 .begin { fill: var(--paper); stroke: var(--ink); stroke-width: 2; }
 .end { fill: var(--ink); } .mark { fill: var(--bad); font-size: 15px; font-weight: 700; }

@@ -32,6 +32,7 @@ class Samples:
 
     Attributes:
         time: seconds. x, y: of the estimate, map frame, metres.
+        true_x, true_y: of the truth, map frame, metres; NaN without a simulation.
         speed: measured, m/s; commanded: m/s.
         nearest: distance from the lidar to the nearest thing, metres; NaN without a scan.
         health: of the localisation. deviation: of the estimate, metres.
@@ -44,6 +45,8 @@ class Samples:
     time: FloatArray
     x: FloatArray
     y: FloatArray
+    true_x: FloatArray
+    true_y: FloatArray
     speed: FloatArray
     commanded: FloatArray
     nearest: FloatArray
@@ -242,6 +245,8 @@ def _samples(shots: list[Snapshot]) -> Samples:
         time=values(lambda shot: shot.time),
         x=values(lambda shot: shot.pose.x),
         y=values(lambda shot: shot.pose.y),
+        true_x=values(lambda shot: np.nan if shot.truth is None else shot.truth.x),
+        true_y=values(lambda shot: np.nan if shot.truth is None else shot.truth.y),
         speed=values(lambda shot: np.hypot(shot.measured.linear, shot.measured.lateral)),
         commanded=values(lambda shot: np.hypot(shot.commanded.linear, shot.commanded.lateral)),
         nearest=values(_nearest),

@@ -97,9 +97,9 @@ def test_a_sensor_that_was_taken_away_delivers_nothing_until_it_is_back(live):
     lidar = next(sensor for sensor in run.snapshot.sensors if sensor.name == "lidar")
     assert lidar.age > 1.5 and lidar.is_slow
     assert run.order("silence_sensor", name="lidar", works=True).done
-    run.steps(4)
+    run.steps(24)  # the figures are taken once a second
     lidar = next(sensor for sensor in run.snapshot.sensors if sensor.name == "lidar")
-    assert lidar.age < 0.2
+    assert lidar.age < 1.2
     assert "available: lidar" in run.order("silence_sensor", name="radar").reason
 
 

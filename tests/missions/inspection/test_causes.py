@@ -238,9 +238,11 @@ def test_a_pose_that_is_wrong_and_sure(tmp_path):
     assert cause.strength == pytest.approx(0.8)  # 7 m off
 
 
-def test_a_robot_that_was_carried_away_is_lost(tmp_path):
+def test_a_robot_that_was_carried_away(tmp_path):
     moved = "timeline:\n  - {when: {time: 4 s}, move_robot: [7.0, 3.2, 130 deg]}\n"
-    first(tmp_path, "lost", world=HALL + moved)
+    cause = first(tmp_path, "moved by hand", world=HALL + moved)
+    assert "relocalise" in cause.advice
+    assert cause.facts[0].time == pytest.approx(4.0, abs=0.1)
 
 
 def test_a_robot_that_turns_round_and_round(tmp_path):
@@ -251,7 +253,11 @@ def test_a_robot_that_turns_round_and_round(tmp_path):
 
 
 def test_a_lidar_that_falls_silent(tmp_path):
-    first(tmp_path, "sensor silent", make_body=Faulty.made, tree=DRIVE.replace("60 s", "9 s"))
+    cause = first(
+        tmp_path, "sensor silent", make_body=Faulty.made, tree=DRIVE.replace("60 s", "9 s")
+    )  # fmt: skip
+    # the last scan of a lidar of 10 Hz before 3 s
+    assert float(re.search(r"after (\S+) s", cause.sentence)[1]) == pytest.approx(2.95, abs=0.1)
     reason = read_story(tmp_path / "run").reason
     assert re.search(r"not finished after 9 s; held [56]\.\d of 9\.0 s: stopped: ", reason)
 
@@ -282,6 +288,17 @@ def test_a_clock_that_is_wrong(tmp_path):
 def test_wheels_that_slip(tmp_path):
     ice = "friction_zones:\n  - {from: [0, 0], to: [10, 4], friction: 0.0}\n"
     first(tmp_path, "wheel slip", world=HALL + ice, tree=DRIVE.replace("60 s", "40 s"))
+
+
+def test_a_robot_that_slides_on_when_its_wheels_turn_it(tmp_path):
+    # From 3 m on there is no grip: it keeps its speed, and its turn to the south is not done.
+    ice = "friction_zones:\n  - {from: [3, 0], to: [10, 4], friction: 0.0}\n"
+    tree = (
+        "  - drive_on_heading: {distance: 2 m, speed: 0.6 m/s}\n"
+        "  - spin: {angle: -90 deg}\n    timeout: 3 s"
+    )
+    cause = first(tmp_path, "wheel slip", world=HALL + ice, tree=tree)
+    assert any("rad turned" in fact.text for fact in cause.facts)
 
 
 def test_a_planner_that_gives_up(tmp_path):

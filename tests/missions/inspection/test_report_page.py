@@ -1,15 +1,18 @@
 """The HTML report tells what happened in a run, and needs nothing else."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
 from missions.execution.prepare import RunOptions
 from missions.execution.running import run_mission
+from missions.inspection.page.figures import map_figure
 from missions.inspection.page.page import page_of
 from missions.inspection.page.story import read_story
 from stack.errors import InputError
+from stack.telemetry.records import Event
 
 VOID = {"meta", "line", "circle", "rect", "image", "path", "polyline", "br", "link"}
 
@@ -105,6 +108,24 @@ def test_the_story_is_that_of_the_run(story):
     assert names["first way"][0].outcome == "success"
     assert names["into the table"][0].outcome == "failure"
     assert names["first way"][0].end <= names["into the table"][0].begin + 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("apart", "drawn"), [(0.2, False), (0.5, True)])  # 0.3 m is the limit
+def test_the_map_shows_the_true_way_where_the_estimate_is_wrong(story, apart, drawn):
+    samples = story.samples
+    shifted = replace(samples, true_x=samples.x + apart, error=0 * samples.error + apart)
+    drawing = map_figure(replace(story, samples=shifted))
+    assert ("true way" in drawing) is drawn
+    assert ('class="truth" points' in drawing) is drawn
+
+
+@pytest.mark.slow
+def test_the_map_marks_where_the_robot_was_lifted(story):
+    assert "moved" not in map_figure(story)
+    lifted = Event(0, 0, 5.0, "info", "simulation", "lifted", "the robot was lifted")
+    moved = replace(story, trace=replace(story.trace, events=(*story.events, lifted)))
+    assert "5.0 s: the robot was lifted" in map_figure(moved)
 
 
 @pytest.mark.slow

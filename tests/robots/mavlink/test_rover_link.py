@@ -156,6 +156,7 @@ def test_a_lost_rover_is_told_to_stop_and_waits_to_be_asked():
     world.rover.send = send
     world.run(3.0, FORWARD)
     assert world.link.phase is Phase.STANDING_BY and abs(world.rover.speed) < 0.01
+    assert "the rover was lost" in world.link.problem  # also when it was lost for a moment only
     world.run(2.0, Order(0.5, 0.0, 2))
     assert world.link.phase is Phase.DRIVING and world.rover.speed > 0.4
 
@@ -167,7 +168,8 @@ def test_a_broken_connection_is_opened_again():
     assert world.link.phase is Phase.LOST and "No such file" in world.link.problem
     world.broken = False
     world.run(3.0, FORWARD)
-    assert world.link.phase is Phase.STANDING_BY and world.link.problem == ""
+    assert world.link.phase is Phase.STANDING_BY
+    assert "the rover was lost" in world.link.problem and "`resume`" in world.link.problem
     assert abs(world.rover.speed) < 0.01
     assert world.link.heard.figures.reopened == 1
 

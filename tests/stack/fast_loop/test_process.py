@@ -217,7 +217,8 @@ def test_messages_go_to_the_driver_and_back(start, drivers):
 
 def test_the_process_imports_nothing_of_the_brain():
     heavy = ("pybullet", "cv2", "py_trees", "zmq", "rerun", "textual", "gtsam", "typer")
-    code = f"import sys, stack.fast_loop.process; print([m for m in {heavy} if m in sys.modules])"
+    loads = "import sys, treepilot.drivers, stack.fast_loop.process"
+    code = f"{loads}; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

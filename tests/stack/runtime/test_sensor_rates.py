@@ -11,6 +11,12 @@ from stack.runtime.sensor_rates import SensorRates
 from stack.types import Battery, Imu, Observation
 
 
+def test_one_measurement_has_no_rate():
+    rates = SensorRates(read_robot(find_robot("scout", Path())))
+    rates.update(Observation(0.0, {"battery": Battery(1.0)}))
+    assert {state.name: state.rate for state in rates.states(0.0, ())}["battery"] == 0.0
+
+
 def test_rates_are_counted_over_five_seconds_and_compared_with_the_robot_file():
     rates = SensorRates(read_robot(find_robot("scout", Path())))
     for step in range(200):  # 10 s at 20 Hz; the lidar falls silent after 8 s
