@@ -15,7 +15,7 @@ MISSING_PACKAGE = "E450"
 """Code of a finding about what this installation lacks."""
 
 MISSING_DEVICE = "W450"
-"""Code of a finding about hardware that is not there: whoever only checks a mission needs none."""
+"""Code of a finding about hardware that is not there: a check of a mission needs none."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,7 +52,7 @@ ASKS_EVERY, LOW_FOR = 0.5, 0.5
 
 IN_FLIGHT, GAP = 0.02, 0.1
 """Seconds for which what an axis says may be older than what it was told; between two cycles after
-which silence counts anew: the loop itself did not listen."""
+which silence counts again: the loop itself did not listen."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Signed MAVLink 2 frames: a key in a file, and the check of signatures and time stamps.
 
 A signed link refuses frames without a signature, with a wrong one, and those that were sent before.
-It encrypts nothing: whoever can read the link reads everything.
+It encrypts nothing: everybody on the link can read everything.
 
 pymavlink notes the time stamp of a frame before it checks the signature, so that one forged frame
 with a stamp in the far future locks the genuine sender out. `SignedCodec` checks the signature
