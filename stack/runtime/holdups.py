@@ -1,7 +1,7 @@
 """What has held the robot, and for how long: events, and a sentence for failures.
 
-A limitation holds the robot in a step if it takes more than half of the wanted velocity: whoever
-must stand loses all of it. The report of a run sums up the events (`held_seconds`).
+A limitation holds the robot in a step if it takes more than half of the wanted velocity; a robot
+that must stand loses all of it. The report of a run sums up the events (`held_seconds`).
 """
 
 from __future__ import annotations
