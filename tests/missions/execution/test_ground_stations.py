@@ -79,8 +79,9 @@ class VehicleRun:
         return json.loads((self.folder / "report.json").read_text("utf-8"))
 
     def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
+        if self.process.poll() is None:
+            self.process.terminate()  # SIGKILL would leave the engine to drive on alone
+        self.process.wait(20)
         self.relay.close()
 
 
