@@ -19,7 +19,7 @@ WIDTH = 720
 PLOT_WIDTH = 480
 """Of a plot: several stand side by side."""
 
-LEFT, RIGHT = 46, 8
+LEFT, RIGHT, TOP = 46, 8, 26
 """Margins of what has a scale."""
 
 ROW = 17
@@ -51,7 +51,7 @@ def svg(width: float, height: float, parts: Iterable[str], label: str) -> str:
 
 
 def map_figure(story: Story) -> str:
-    """The map with the driven way: coloured by speed, thick and red where the robot was held."""
+    """The map with the driven way: coloured by speed, with a ring where the robot was held."""
     samples, grid = story.samples, story.grid
     view = _View(grid, samples)
     parts = [] if grid is None else [view.picture(grid)]
@@ -65,18 +65,18 @@ def map_figure(story: Story) -> str:
         parts += _true_way(samples, view)
     parts += _held_marks(samples, x, y)
     parts += _moved_marks(story, view)
+    parts += [f'<circle cx="{x[0]:.1f}" cy="{y[0]:.1f}" r="6" class="begin"/>',
+              f'<circle cx="{x[-1]:.1f}" cy="{y[-1]:.1f}" r="6" class="end"/>']  # fmt: skip
     for name, at in story.places.items():
         a, b = view.pixel(*at)
         parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" class="place"/>',
-                  text(a + 7, b - 6, name, "small")]  # fmt: skip
+                  text(a + 9, b - 9, name, "small")]  # fmt: skip
     for failing in story.failures:
         for time in failing.times:
             number = int(np.searchsorted(samples.time, time).clip(0, len(x) - 1))
             why = escape(f"{time:.1f} s: {failing.name} failed: {failing.message}")
             mark = text(float(x[number]), float(y[number]) + 5, "✘", "mark", "middle")
             parts.append(f"<g><title>{why}</title>{mark}</g>")
-    parts += [f'<circle cx="{x[0]:.1f}" cy="{y[0]:.1f}" r="6" class="begin"/>',
-              f'<circle cx="{x[-1]:.1f}" cy="{y[-1]:.1f}" r="6" class="end"/>']  # fmt: skip
     legend = [
         ("speed0", "slow"), ("speed4", f"{top:.1f} m/s"), ("heldmark", "held"),
     ]  # fmt: skip
@@ -275,14 +275,16 @@ def plot(  # noqa: PLR0913 - the optional ones by keyword
     known = [value for _, _, values, _ in series for value in values if isfinite(value)]
     if not known:
         return ""
-    top = max([least_top, *known]) * 1.05 or 1.0
+    highest = max([least_top, *known]) or 1.0
+    step = _round_step(highest / 5)
+    top = step * ceil(highest / step - 1e-9)
     bottom_line, across = height - 22, (PLOT_WIDTH - LEFT - RIGHT) / max(end, 1e-9)
-    parts = [f'<line x1="{LEFT}" y1="18" x2="{LEFT}" y2="{bottom_line}" class="axis"/>',
-             text(LEFT - 4, 24, f"{top / 1.05:.3g}", "tick", "end"),
+    parts = [f'<line x1="{LEFT}" y1="{TOP}" x2="{LEFT}" y2="{bottom_line}" class="axis"/>',
+             text(LEFT - 4, TOP + 4, f"{top:.3g}", "tick", "end"),
              text(LEFT - 4, bottom_line, "0", "tick", "end"),
              text(4, 12, f"{title}, {unit}" if unit else title, "name")]  # fmt: skip
     for number, (name, times, values, colour) in enumerate(series):
-        y = bottom_line - np.clip(values / top, 0.0, 1.0) * (bottom_line - 18)
+        y = bottom_line - np.clip(values / top, 0.0, 1.0) * (bottom_line - TOP)
         parts.append(_curve(LEFT + times * across, y, colour))
         if name:
             parts.append(

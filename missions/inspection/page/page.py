@@ -16,6 +16,9 @@ from stack.runtime.holdups import held_seconds
 from stack.telemetry.records import ROUTINE
 from stack.types.printable import printable
 
+WORLD = "simulation"
+"""Source of the events that tell what happened in the world."""
+
 MOST_FAILURES, MOST_EVENTS = 30, 60
 
 STYLE = """
@@ -47,7 +50,7 @@ polyline { fill: none; stroke-width: 3; stroke-linejoin: round; stroke-linecap: 
 .speed0 { stroke: #7048e8; } .speed1 { stroke: #4263eb; } .speed2 { stroke: #1098ad; }
 .speed3 { stroke: #37b24d; } .speed4 { stroke: #f59f00; }
 line.speed0, line.speed4 { stroke-width: 4; }
-.heldmark { fill: none; stroke: var(--bad); stroke-width: 2.5; } .held { fill: var(--bad); }
+.heldmark { fill: none; stroke: var(--warn); stroke-width: 2.5; } .held { fill: var(--warn); }
 .truth { stroke: var(--ink); stroke-width: 1.6; stroke-dasharray: 5 4; }
 .moved { fill: var(--warn); stroke: var(--paper); }
 .place { fill: none; stroke: var(--dim); }
@@ -58,7 +61,7 @@ line.speed0, line.speed4 { stroke-width: 4; }
 table { border-collapse: collapse; width: 100%; font-size: .88rem; }
 td, th { text-align: left; vertical-align: top; padding: 3px 8px 3px 0;
   border-bottom: 1px solid var(--line);
-  overflow-wrap: anywhere; } th { color: var(--dim); font-weight: 500; }
+  overflow-wrap: break-word; } th { color: var(--dim); font-weight: 500; }
 td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
 @media (max-width: 620px) { .map .small, .timeline .small, .timeline .tick { font-size: 16px; } }
 code { font-size: .85rem; background: var(--panel); padding: 1px 4px; border-radius: 4px; }
@@ -105,7 +108,10 @@ def page_of(stories: Sequence[Story]) -> str:
     )
     parts.append("<h2>What failed</h2>" + _side_by_side(stories, _failures))
     parts.append("<h2>Over time</h2>" + _plots(stories))
-    parts.append("<h2>Warnings and errors</h2>" + _side_by_side(stories, _warnings))
+    parts.append(
+        "<h2>What happened: warnings, errors, and events of the world</h2>"
+        + _side_by_side(stories, _warnings)
+    )
     parts.append("<h2>Settings and versions</h2>" + _side_by_side(stories, _settings))
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
@@ -211,12 +217,18 @@ def _plots(stories: Sequence[Story]) -> str:
         for run, story in enumerate(stories):
             for number, name in enumerate(fields):
                 colour = RUN_COLOURS[(number if alone else run) % len(RUN_COLOURS)]
-                label = name if alone and len(fields) > 1 else "" if alone else story.name
+                label = (
+                    name.replace("_", " ")
+                    if alone and len(fields) > 1
+                    else ""
+                    if alone
+                    else story.name
+                )
                 values = getattr(story.samples, name)
                 found.append((label, story.samples.time, values, colour))
         return found
 
-    both = ("speed", "commanded") if alone else ("speed",)
+    both = ("speed", "commanded", "true_speed") if alone else ("speed",)
     errors = ("error", "deviation") if alone else ("error",)
     figures = [
         plot("Speed", "m/s", series(*both), end, least_top=0.2),
@@ -231,8 +243,10 @@ def _plots(stories: Sequence[Story]) -> str:
 
 def _warnings(story: Story) -> str:
     told = [
-        event for event in story.events if event.level != "info" and event.kind not in ROUTINE
-    ]  # fmt: skip
+        event
+        for event in story.events
+        if (event.level != "info" or event.source == WORLD) and event.kind not in ROUTINE
+    ]
     if not told:
         return "<p>None.</p>"
     shown = told[:MOST_EVENTS]

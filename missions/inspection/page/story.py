@@ -22,6 +22,9 @@ from stack.types import FloatArray, Footprint, OccupancyGrid
 MOST_SAMPLES = 1500
 """Samples of the whole run that are drawn."""
 
+FASTEST = 5.0
+"""Speed in m/s above which a robot was lifted and has not driven."""
+
 NEAREST_BEAMS = 3
 """Beams below a distance that make it the distance to something: one alone may be noise."""
 
@@ -56,6 +59,16 @@ class Samples:
     compute: FloatArray
     held: tuple[str, ...]
     stands: NDArray[np.bool_]
+
+    @property
+    def true_speed(self) -> FloatArray:
+        """Speed of the truth between two samples, m/s; NaN where it is unknown or was lifted."""
+        if len(self.time) < 2:
+            return np.full(len(self.time), np.nan)
+        moved = np.hypot(np.diff(self.true_x), np.diff(self.true_y))
+        speed = moved / np.maximum(np.diff(self.time), 1e-9)
+        speed[speed > FASTEST] = np.nan
+        return np.append(np.nan, speed)
 
 
 @dataclass(frozen=True)

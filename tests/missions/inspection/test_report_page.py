@@ -4,11 +4,12 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 
 from missions.execution.prepare import RunOptions
 from missions.execution.running import run_mission
-from missions.inspection.page.figures import map_figure
+from missions.inspection.page.figures import map_figure, plot
 from missions.inspection.page.page import page_of
 from missions.inspection.page.story import read_story
 from stack.errors import InputError
@@ -126,6 +127,26 @@ def test_the_map_marks_where_the_robot_was_lifted(story):
     lifted = Event(0, 0, 5.0, "info", "simulation", "lifted", "the robot was lifted")
     moved = replace(story, trace=replace(story.trace, events=(*story.events, lifted)))
     assert "5.0 s: the robot was lifted" in map_figure(moved)
+    happened = "<td>the robot was lifted</td>"
+    assert (happened in page_of([moved]), happened in page_of([story])) == (True, False)
+
+
+@pytest.mark.slow
+def test_the_true_speed_is_that_of_the_truth_and_not_of_a_lift(story):
+    samples = story.samples
+    straight = replace(
+        samples, time=np.arange(5.0), true_x=np.array([0.0, 0.5, 1.0, 9.0, 9.5]), true_y=np.zeros(5)
+    )
+    np.testing.assert_array_equal(straight.true_speed, [np.nan, 0.5, 0.5, np.nan, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("highest", "top"), [(0.803, "1"), (1.46, "1.5"), (67.5, "80"), (2.3, "2.5")]
+)
+def test_a_scale_ends_at_a_round_number(highest, top):
+    """By hand: the next multiple of 1, 2 or 5 times a power of ten that is a fifth or more of it."""
+    drawn = plot("Speed", "m/s", [("", np.arange(2.0), np.array([0.0, highest]), "red")], 1.0)
+    assert f">{top}</text>" in drawn
 
 
 @pytest.mark.slow
