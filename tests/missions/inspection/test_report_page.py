@@ -144,7 +144,7 @@ def test_the_true_speed_is_that_of_the_truth_and_not_of_a_lift(story):
     ("highest", "top"), [(0.803, "1"), (1.46, "1.5"), (67.5, "80"), (2.3, "2.5")]
 )
 def test_a_scale_ends_at_a_round_number(highest, top):
-    """By hand: the next multiple of 1, 2 or 5 times a power of ten that is a fifth or more of it."""
+    """By hand: a multiple of 1, 2 or 5 times a power of ten that is at least a fifth of it."""
     drawn = plot("Speed", "m/s", [("", np.arange(2.0), np.array([0.0, highest]), "red")], 1.0)
     assert f">{top}</text>" in drawn
 
