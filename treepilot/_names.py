@@ -53,6 +53,7 @@ from stack.errors import NavigationError as NavigationError
 from stack.errors import ParameterError as ParameterError
 from stack.errors import TelemetryError as TelemetryError
 from stack.errors import TreepilotError as TreepilotError
+from stack.fast_loop.driver import Lack as Lack
 from stack.lifecycle import Timers as Timers
 from stack.parameters import parameter as parameter
 from stack.robot import Base as Base

@@ -12,4 +12,5 @@ from stack.fast_loop.driver import Driver as Driver
 from stack.fast_loop.driver import DriverCommand as DriverCommand
 from stack.fast_loop.driver import DriverFeedback as DriverFeedback
 from stack.fast_loop.driver import DriverSetup as DriverSetup
+from stack.fast_loop.driver import Lack as Lack
 from stack.parameters import parameter as parameter

@@ -24,7 +24,7 @@ NAMES = """
     ControlState Controller CostGrid CostmapFrame CostmapLayer CoveragePlan
     DEFAULT_PLAN_OPTIONS DRIVE_FAILURES DepthImage Detection DriveState Estimator Event
     Expression FREE FREE_COST Failure FailureCode FloatArray FloorLines Footprint Frontier
-    GoalChecker GoalTolerance INSCRIBED_COST Image Imu InputError LETHAL_COST LayerUpdate
+    GoalChecker GoalTolerance INSCRIBED_COST Image Imu InputError LETHAL_COST Lack LayerUpdate
     Localisation Map Marker MarkerFix MarkerObservation MarkerSighting Match MissionState
     NO_BOX NavigationError OCCUPIED Observation OccupancyGrid Odometry OdometryFusion
     ParameterError Path PathSegment Perception PlaceSighting PlanOptions Planner PointCloud
