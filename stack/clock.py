@@ -32,8 +32,9 @@ AGREEING = 5
 """Messages in turn that must agree on another offset before it is believed."""
 
 LATE_FOR = 3.0
-"""Seconds for which messages in order are late by more than STEP before the offset is believed to
-have changed. What comes after a link has stalled comes at once, and is over sooner."""
+"""Seconds for which messages are late by more than STEP before the offset is believed to have
+changed. What comes after a link has stalled comes at once, and is over sooner; a stamp that is older
+than the newest by more is not of a message that was overtaken."""
 
 SHIFT, SHIFTED = 0.1, 3
 """Seconds by which even the quickest messages of so many buckets in turn must be late before the
@@ -74,8 +75,8 @@ class DeviceClock:
     def convert(self, stamp: float, arrival: float) -> float | None:
         """Learn from a message; return its stamp on our clock, seconds; never after `arrival`.
 
-        None if the stamp is not of the clock as it is known: the message is wrong or overtaken, or
-        the device was restarted; the next few messages will tell.
+        None if the stamp is not of the clock as it is known: the message is wrong, or the device
+        was restarted; the next few messages will tell.
 
         Args:
             stamp: seconds of the device's clock.
@@ -92,13 +93,18 @@ class DeviceClock:
             self._strange.clear()
             self._learn(stamp, arrival)
             return min(arrival, stamp + self.offset_at(stamp))
-        is_late = delay > 0.0 and stamp > self._buckets[-1][1] - STEP
+        is_late = delay > 0.0 and stamp > self._buckets[-1][1] - LATE_FOR
         if self._believes(stamp, arrival, LATE_FOR if is_late else 0.0):
             return min(arrival, stamp + self.offset_at(stamp))
         return stamp + self.offset_at(stamp) if is_late else None
 
     def _believes(self, stamp: float, arrival: float, patience: float) -> bool:
-        """Whether messages in turn agree on another clock, from which it then starts again."""
+        """Whether messages in turn agree on another clock, from which it then starts again.
+
+        Every clock runs forwards: messages that overtake each other are late ones.
+        """
+        if self._strange and stamp < self._strange[-1][0]:
+            self._strange.clear()
         if not self._strange:
             self._strange_since = arrival
         self._strange.append((stamp, arrival))
