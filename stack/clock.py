@@ -33,8 +33,8 @@ AGREEING = 5
 
 LATE_FOR = 3.0
 """Seconds for which messages are late by more than STEP before the offset is believed to have
-changed. What comes after a link has stalled comes at once, and is over sooner; a stamp that is older
-than the newest by more is not of a message that was overtaken."""
+changed. What comes after a link has stalled comes at once, and is over sooner. A stamp that is
+older than the newest by more than this is not of a message that was overtaken."""
 
 SHIFT, SHIFTED = 0.1, 3
 """Seconds by which even the quickest messages of so many buckets in turn must be late before the

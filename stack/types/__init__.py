@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.arms import GripperCommand, GripperState, JointState, JointTrajectory
 from stack.types.camera import CameraModel, CameraState
 from stack.types.detections import (
     NO_OBJECTS,
@@ -98,6 +99,10 @@ from stack.types.world import (
 )
 
 __all__ = [
+    "GripperCommand",
+    "GripperState",
+    "JointState",
+    "JointTrajectory",
     "Disturbance",
     "DroppedBox",
     "LiftedRobot",

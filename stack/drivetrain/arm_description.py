@@ -1,0 +1,70 @@
+"""Description of an arm with its gripper, as read from robot.yaml and the URDF."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from stack.types import FloatArray
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """What the joints of an arm can do.
+
+    Attributes:
+        lower: (n,) radians.
+        upper: (n,) radians.
+        velocity: (n,) rad/s.
+        acceleration: (n,) rad/s².
+        jerk: (n,) rad/s³.
+        effort: (n,) N m.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+    effort: FloatArray
+
+
+@dataclass(frozen=True)
+class GripperDescription:
+    """A parallel gripper.
+
+    Attributes:
+        joints: prismatic URDF joints of its two fingers; each travels half of the width.
+        width_max: distance between the open fingers, metres.
+        force_max: N.
+        speed: of one finger, m/s.
+        finger_links: URDF links that may touch what is held.
+    """
+
+    joints: tuple[str, str]
+    width_max: float
+    force_max: float
+    speed: float
+    finger_links: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ArmDescription:
+    """An arm with its gripper.
+
+    Attributes:
+        joints: names of its URDF joints, from the base to the hand.
+        base_link: URDF link that carries the first joint.
+        tool_link: URDF link whose frame is moved: between the finger tips, z out of the hand, y
+            along the fingers' travel.
+        limits: of the joints.
+        postures: named positions (n,) of the joints, radians; `home` always exists.
+        gripper: None without one.
+    """
+
+    joints: tuple[str, ...]
+    base_link: str
+    tool_link: str
+    limits: JointLimits
+    postures: Mapping[str, FloatArray] = field(default_factory=dict)
+    gripper: GripperDescription | None = None

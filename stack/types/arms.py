@@ -1,0 +1,83 @@
+"""Arms and grippers: measured states, and what is commanded.
+
+Joints stand in the order of the arm's description. A prismatic joint has metres instead of radians
+and newtons instead of newton metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.types.geometry import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class JointState:
+    """Measured state of the joints of an arm.
+
+    Attributes:
+        stamp: seconds on the body's clock.
+        positions: (n,) radians.
+        velocities: (n,) rad/s.
+        efforts: (n,) torques of the motors, N m.
+        problem: why the arm stopped by itself, as in "joint 4: tracking error 0.2 rad"; empty if
+            it did not. It stays until the next trajectory.
+    """
+
+    stamp: float
+    positions: FloatArray
+    velocities: FloatArray
+    efforts: FloatArray
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GripperState:
+    """Measured state of a parallel gripper.
+
+    Attributes:
+        stamp: seconds on the body's clock.
+        width: distance between the fingers, metres.
+        force: with which they press, N.
+        moving: whether the fingers move.
+    """
+
+    stamp: float
+    width: float
+    force: float
+    moving: bool
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrajectory:
+    """A motion of an arm: cubic Hermite pieces between samples.
+
+    The body begins it when it is commanded, ends it at rest, and then holds the last position.
+
+    Attributes:
+        times: (k,) seconds since its begin, rising from 0.
+        positions: (k, n) radians.
+        velocities: (k, n) rad/s; zero in the last row.
+    """
+
+    times: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return float(self.times[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class GripperCommand:
+    """Move the fingers of a gripper.
+
+    Attributes:
+        width: distance between the fingers, metres.
+        force: with which they press at most, N.
+    """
+
+    width: float
+    force: float
