@@ -9,7 +9,7 @@ under `navigation`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from missions.language.component_layers import layered
@@ -42,7 +42,7 @@ from stack.perception.tracking.parameters import TrackerParameters
 from stack.runtime.failsafe_parameters import FailsafeParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
-from stack.safety.zones import read_safety_zones
+from stack.safety.zones import SafetyZone, read_safety_zones
 from stack.telemetry.recording_parameters import RecordingParameters
 
 SETTINGS: dict[str, type] = {
@@ -73,12 +73,46 @@ MAPLESS_DEFAULTS: dict[str, dict[str, Any]] = {
 """Defaults without a map. Sensed obstacles reach farther and are kept longer than with a map;
 otherwise a robot that left a dead end would plan back into it."""
 
-Lists = tuple[str, Callable[[Any, Any], tuple[Any, ...]], Callable[[], tuple[Any, ...]]]
-LISTS: dict[str, Lists] = {
-    "costmap": ("layers", read_layers, usual_layers),
-    "safety": ("zones", read_safety_zones, tuple),
+
+@dataclass(frozen=True, slots=True)
+class ListSetting:
+    """A list that belongs to the settings of a part but is no parameter.
+
+    Attributes:
+        key: as written in files.
+        help: one sentence.
+        example: of a mission.
+        read: returns the entries of what a file says, with the parameters of the part.
+        usual: returns the default.
+        item: the dataclass of an entry; None if entries are components.
+    """
+
+    key: str
+    help: str
+    example: str
+    read: Callable[[Any, Any], tuple[Any, ...]]
+    usual: Callable[[], tuple[Any, ...]]
+    item: type | None = None
+
+
+LISTS = {
+    "safety": ListSetting(
+        "zones",
+        "polygons or circles around the robot in which an obstacle stops, slows or limits it",
+        "navigation: {safety: {zones: [{action: slow_down, radius: 0.6 m, ratio: 0.5}]}}",
+        read_safety_zones,
+        tuple,
+        SafetyZone,
+    ),
+    "costmap": ListSetting(
+        "layers",
+        "what marks cells, in this order; `treepilot list layers` shows the layers",
+        "navigation: {costmap: {layers: [static, sensors, {use: social, horizon: 3 s}]}}",
+        read_layers,
+        usual_layers,
+    ),
 }
-"""Parameters that are lists: name, reader of what a file says, and the default."""
+"""Settings of a fixed part -> its list."""
 
 
 def chosen(kind: str, use: str | None, values: Mapping[str, Any], *, mapped: bool = True) -> Choice:
@@ -258,8 +292,11 @@ def _with_parameters(
 
 def _settings(kind: str, values: Mapping[str, Any]) -> Choice:
     """Return the settings of a part, with its list of layers or zones if it has one."""
-    key, read, default = LISTS.get(kind, ("", lambda listed, parameters: (), tuple))
-    listed = values.get(key)
+    listed = LISTS.get(kind)
+    key = "" if listed is None else listed.key
     parameters: Any = build(SETTINGS[kind], {n: v for n, v in values.items() if n != key})
-    parts = default() if listed is None else read(listed, parameters)
+    parts: tuple[Any, ...] = ()
+    if listed is not None:
+        entries = values.get(key)
+        parts = listed.usual() if entries is None else listed.read(entries, parameters)
     return Choice(kind, kind, SETTINGS[kind], parameters, parts)

@@ -5,52 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from missions.execution.component_choices import SETTINGS
+from missions.execution.component_choices import LISTS, SETTINGS, ListSetting
 from missions.inspection.declaration_tables import shown, table
 from missions.language.reading.header import TOP_COMPONENTS
 from stack.components import DEFAULTS, component
 from stack.costmap.choosing import SENSORS
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
-from stack.safety.zones import SafetyZone
 
 LAYER = "costmap_layer"
 
 Components = Mapping[str, Mapping[str, str]]
 """Kind -> name -> `module:Class`."""
-
-
-@dataclass(frozen=True, slots=True)
-class ListSetting:
-    """A list that belongs to the settings of a part but is no parameter.
-
-    Attributes:
-        key: as written in files.
-        help: one sentence.
-        example: of a mission.
-        item: the dataclass of an entry; None if entries are components.
-    """
-
-    key: str
-    help: str
-    example: str
-    item: type | None = None
-
-
-LISTS = {
-    "safety": ListSetting(
-        "zones",
-        "polygons or circles around the robot in which an obstacle stops, slows or limits it",
-        "navigation: {safety: {zones: [{action: slow_down, radius: 0.6 m, ratio: 0.5}]}}",
-        SafetyZone,
-    ),
-    "costmap": ListSetting(
-        "layers",
-        "what marks cells, in this order; `treepilot list layers` shows the layers",
-        "navigation: {costmap: {layers: [static, sensors, {use: social, horizon: 3 s}]}}",
-    ),
-}
-"""Settings of a fixed part -> its list."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,7 +88,7 @@ def keep_inputs(
             "format": FORMAT,
             "mission": copies.name_of(plan.mission.source),
             "options": copies.options(options),
-            FACTS: facts_of(plan).plain(),
+            FACTS: facts_of(plan, options.parameters or {}).plain(),
             "versions": versions(),
             "files": [asdict(item) for item in listed],
         }

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.inspection.causes.cause import CERTAIN, LEAST, Cause, Fact, share
-from missions.inspection.causes.evidence import AT_PERSON, Evidence, people_of
+from missions.inspection.causes.evidence import Evidence, people_of
+from missions.inspection.page.blockers import AT_PERSON
 from stack.costmap.layer import Frame, sampled
 from stack.geometry.connected import connected_to
 from stack.geometry.distance_transform import distances_to_zero

@@ -29,9 +29,6 @@ STALLED_FOR, STALLED_WITHIN = 3.0, 0.05
 RIGHT_WITHIN, RIGHT_HEADING = 0.3, pi / 18.0
 """Metres and radians within which the health of an estimate says that the pose is right."""
 
-AT_PERSON = 0.3
-"""Metres from the body of a person within which what is there is the person."""
-
 MOST_SHOTS = 200
 """Snapshots of that time that are read."""
 

@@ -7,7 +7,8 @@ from math import hypot
 
 from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
 from missions.inspection.causes.costmaps import ROOM, ground_of, reachable_area
-from missions.inspection.causes.evidence import AT_PERSON, Evidence, people_of
+from missions.inspection.causes.evidence import Evidence, people_of
+from missions.inspection.page.blockers import AT_PERSON
 from stack.costmap.closed_way import ClosedWay, closed_way
 from stack.costmap.closing_zones import zone_words
 from stack.telemetry.records import Snapshot

@@ -8,10 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from missions.execution.records.plan_facts import NotedSetting
 from missions.execution.repeat import first_difference
 from missions.inspection.causes.html import causes_html
-from missions.inspection.page.figures import RUN_COLOURS, map_figure, plot, timeline
+from missions.inspection.page.map_figure import map_figure
+from missions.inspection.page.plots import plot
 from missions.inspection.page.story import Failing, Story
+from missions.inspection.page.style import STYLE
+from missions.inspection.page.timeline import timeline
 from stack.runtime.holdups import held_seconds
 from stack.telemetry.records import ROUTINE
 from stack.types.printable import printable
@@ -21,59 +25,9 @@ WORLD = "simulation"
 
 MOST_FAILURES, MOST_EVENTS = 30, 60
 
-STYLE = """
-:root { color-scheme: light dark; --paper: #fff; --ink: #1b2430; --dim: #667085; --line: #d8dee8;
-  --panel: #f6f8fb; --good: #12805c; --bad: #c92a2a; --warn: #b25e00; --busy: #1f6feb;
-  --run1: #1f6feb; --run2: #d9480f; --run3: #2b8a3e; --run4: #862e9c; }
-@media (prefers-color-scheme: dark) { :root { --paper: #0b1018; --ink: #e6edf7; --dim: #93a5c1;
-  --line: #24344f; --panel: #111a28; --good: #3ddc97; --bad: #ff6b6b; --warn: #ffc64d;
-  --busy: #5aa2ff; --run1: #5aa2ff; --run2: #ff9b5a; --run3: #69db7c; --run4: #d0a2ff; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; padding: 16px; max-width: 1500px; background: var(--paper);
-  color: var(--ink); font: 15px/1.5 system-ui, sans-serif; }
-h1 { font-size: 1.5rem; margin: 0; } h2 { font-size: 1.05rem; margin: 1.4rem 0 .4rem; }
-.runs { display: flex; flex-wrap: wrap; gap: 20px; } .run { flex: 1 1 340px; min-width: 0; }
-.run.wide { flex-grow: 2; } .plots { display: grid; gap: 0 20px;
-  grid-template-columns: repeat(auto-fit, minmax(min(100%, 440px), 1fr)); }
-.word { font-weight: 700; } .word.success { color: var(--good); } .word.failure, .word.error {
-  color: var(--bad); } .word.aborted, .word.interrupted { color: var(--warn); }
-.lead { font-size: 1.05rem; margin: .3rem 0 .8rem; overflow-wrap: anywhere; }
-.dim, .small { color: var(--dim); fill: var(--dim); } .small { font-size: 11px; }
-svg { width: 100%; height: auto; display: block; font-family: system-ui, sans-serif; }
-figure { margin: 0 0 10px; background: var(--panel); border: 1px solid var(--line);
-  border-radius: 8px; padding: 8px; overflow: hidden; }
-.tick { font-size: 10px; fill: var(--dim); }
-.name { font-size: 12px; font-weight: 600; fill: var(--ink); }
-.axis { stroke: var(--line); } .curve { fill: none; stroke-width: 1.4; }
-image { image-rendering: pixelated; }
-polyline { fill: none; stroke-width: 3; stroke-linejoin: round; stroke-linecap: round; }
-.speed0 { stroke: #7048e8; } .speed1 { stroke: #4263eb; } .speed2 { stroke: #1098ad; }
-.speed3 { stroke: #37b24d; } .speed4 { stroke: #f59f00; }
-line.speed0, line.speed4 { stroke-width: 4; }
-.heldmark { fill: none; stroke: var(--warn); stroke-width: 2.5; } .held { fill: var(--warn); }
-.truth { stroke: var(--ink); stroke-width: 1.6; stroke-dasharray: 5 4; }
-.moved { fill: var(--warn); stroke: var(--paper); }
-.place { fill: none; stroke: var(--dim); }
-.begin { fill: var(--paper); stroke: var(--ink); stroke-width: 2; }
-.end { fill: var(--ink); } .mark { fill: var(--bad); font-size: 15px; font-weight: 700; }
-.good { fill: var(--good); } .bad { fill: var(--bad); } .busy { fill: var(--busy); }
-.idle { fill: var(--dim); opacity: .55; }
-table { border-collapse: collapse; width: 100%; font-size: .88rem; }
-td, th { text-align: left; vertical-align: top; padding: 3px 8px 3px 0;
-  border-bottom: 1px solid var(--line);
-  overflow-wrap: break-word; } th { color: var(--dim); font-weight: 500; }
-td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
-@media (max-width: 620px) { .map .small, .timeline .small, .timeline .tick { font-size: 16px; } }
-code { font-size: .85rem; background: var(--panel); padding: 1px 4px; border-radius: 4px; }
-.note { border-left: 4px solid var(--warn); background: var(--panel); padding: 8px 12px;
-  border-radius: 4px; margin: 0 0 8px; } .note ul { margin: 4px 0; padding-left: 20px; }
-td.source { white-space: nowrap; } tr.head th { white-space: nowrap; }
-figure.timeline { max-width: 980px; }
-@media (max-width: 620px) { .scroll tr { display: block; padding: 6px 0;
-  border-bottom: 1px solid var(--line); } .scroll td { display: block; border: 0; padding: 1px 0; }
-  .scroll tr.head { display: none; } }
-.scroll { overflow-x: auto; } details > summary { cursor: pointer; color: var(--dim); }
-"""
+NO_DEFAULT = "—"
+
+RUN_COLOURS = ("var(--run1)", "var(--run2)", "var(--run3)", "var(--run4)")
 
 FIGURES = (
     ("seed", "{seed}", ("seed",)),
@@ -109,7 +63,7 @@ def page_of(stories: Sequence[Story]) -> str:
     parts.append("<h2>What failed</h2>" + _side_by_side(stories, _failures))
     parts.append("<h2>Over time</h2>" + _plots(stories))
     parts.append(
-        "<h2>What happened: warnings, errors, and events of the world</h2>"
+        "<h2>What else happened: warnings, errors, and events of the world</h2>"
         + _side_by_side(stories, _warnings)
     )
     parts.append("<h2>Settings and versions</h2>" + _side_by_side(stories, _settings))
@@ -245,7 +199,9 @@ def _warnings(story: Story) -> str:
     told = [
         event
         for event in story.events
-        if (event.level != "info" or event.source == WORLD) and event.kind not in ROUTINE
+        if (event.level != "info" or event.source == WORLD)
+        and event.kind not in ROUTINE
+        and not story.tells_failure(event)
     ]
     if not told:
         return "<p>None.</p>"
@@ -266,8 +222,7 @@ def _settings(story: Story) -> str:
     if story.facts.settings is None:
         parts.append("<p>The folder does not say which parameters were set.</p>")
     elif story.facts.settings:
-        title = "<h3 class='small'>parameters that differ from their defaults</h3>"
-        parts.append(title + _table(story.facts.settings.items()))
+        parts.append(_settings_table(story.facts.settings))
     else:
         parts.append("<p>All parameters have their defaults.</p>")
     if story.report is not None:
@@ -277,3 +232,17 @@ def _settings(story: Story) -> str:
             f"<details><summary>versions</summary>{_table([*given, *versions.items()])}</details>"
         )
     return "".join(parts)
+
+
+def _settings_table(settings: Mapping[str, NotedSetting]) -> str:
+    rows = "".join(
+        f"<tr><td>{_safe(name)}</td><td>{_safe(one.value)}</td>"
+        f'<td><span class="narrow">default </span>{_safe(one.default or NO_DEFAULT)}</td>'
+        f'<td><span class="narrow">set by </span>{_safe(one.source)}</td></tr>'
+        for name, one in settings.items()
+    )
+    return (
+        "<p>Parameters that differ from their defaults:</p>"
+        '<div class="scroll"><table><tr class="head"><th>parameter</th><th>value</th>'
+        f"<th>default</th><th>set by</th></tr>{rows}</table></div>"
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from missions.execution.records.inputs import COPIES
 from missions.execution.records.plan_facts import PlanFacts, read_facts
 from missions.execution.report import read_fields
+from missions.inspection.page.blockers import Blocker, blockers_of
 from missions.inspection.trace_model import Node, Trace, Tree, read_trace
 from stack.documents.files import YAML_BYTES, read_bytes
 from stack.telemetry.records import Event, Snapshot
@@ -24,6 +26,9 @@ MOST_SAMPLES = 1500
 
 FASTEST = 5.0
 """Speed in m/s above which a robot was lifted and has not driven."""
+
+AT_ONCE = 0.5
+"""Seconds between the failure of a node and events with the same sentence."""
 
 NEAREST_BEAMS = 3
 """Beams below a distance that make it the distance to something: one alone may be noise."""
@@ -70,6 +75,18 @@ class Samples:
         speed[speed > FASTEST] = np.nan
         return np.append(np.nan, speed)
 
+    @property
+    def held_spans(self) -> list[tuple[int, int, str]]:
+        """First sample, sample after the last, and cause of each time in which it stood."""
+        spans, at = [], 0
+        keys = zip(self.held, self.stands, strict=True)
+        for (cause, stands), group in groupby(keys):
+            count = len(list(group))
+            if stands and cause:
+                spans.append((at, at + count, cause))
+            at += count
+        return spans
+
 
 @dataclass(frozen=True)
 class Failing:
@@ -111,6 +128,7 @@ class Story:
         report: what can be read of it (missions/execution/report.py); None of a run that ended
             without one.
         facts: what was known before it began.
+        blockers: doors and people that blocked the robot.
     """
 
     folder: Path
@@ -124,6 +142,7 @@ class Story:
     footprint: Footprint
     report: dict[str, Any] | None
     facts: PlanFacts
+    blockers: tuple[Blocker, ...] = ()
     _lines: dict[str, list[str]] = field(default_factory=dict)
 
     @property
@@ -180,6 +199,15 @@ class Story:
             for key, times in found.items()
         ]  # fmt: skip
 
+    def tells_failure(self, event: Event) -> bool:
+        """Whether an event tells what the failure of a node at its time tells, or a part of it."""
+        return any(
+            failing.message
+            and (failing.message in event.text or event.text in failing.message)
+            and any(abs(time - event.time) <= AT_ONCE for time in failing.times)
+            for failing in self.failures
+        )
+
     @cached_property
     def bars(self) -> list[tuple[int, Node, list[Bar]]]:
         """Depth, node and times of running of each node that was ever ticked, in drawing order."""
@@ -233,16 +261,17 @@ def read_story(folder: Path) -> Story:
     Raises:
         InputError: the folder has no snapshots or no events.
     """
-    trace = read_trace(folder)
+    trace, facts = read_trace(folder), read_facts(folder)
     with SnapshotRecording(folder) as recording:
         count = len(recording.times)
         numbers = sorted({*range(0, count, -(-count // MOST_SAMPLES)), count - 1})
         samples = _samples([recording.snapshot(number, whole=False) for number in numbers])
         last, info = recording.snapshot(count - 1), recording.info
+        blockers = blockers_of(trace.events, recording, facts)
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
         {name: (pose.x, pose.y) for name, pose in info.places.items()}, info.footprint,
-        read_fields(folder), read_facts(folder),
+        read_fields(folder), facts, blockers,
     )  # fmt: skip
 
 

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from missions.execution.component_choices import SETTINGS, chosen
+from missions.execution.component_choices import LISTS, SETTINGS, chosen
 from missions.execution.prepare import diagnose
 from missions.execution.resources import MISSIONS, find_mission
 from missions.inspection.component_scaffold import new_component
 from missions.inspection.listing import COMPONENTS, description_of, installed, rows_of
-from missions.inspection.parameter_descriptions import LISTS
 from stack.components import available, component
 from stack.costmap.choosing import read_layers
 from stack.costmap.parameters import CostmapParameters

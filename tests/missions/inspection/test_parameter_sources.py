@@ -8,7 +8,8 @@ import pytest
 
 import missions
 from missions.execution.prepare import RunOptions
-from missions.inspection.parameter_sources import Origin, filtered, for_users, parameters_of
+from missions.execution.records.origins import Origin
+from missions.inspection.parameter_sources import filtered, for_users, parameters_of
 from robots.load import find_robot
 from stack.errors import InputError
 
@@ -31,6 +32,7 @@ def test_each_value_names_the_file_and_line_that_sets_it() -> None:
     line = line_of("19_from_nav2", "cruise_speed")
     speed = found["controller.cruise_speed"]
     assert (speed.value, speed.source) == ("0.5 m/s", f"19_from_nav2.yaml:{line}")
+    assert speed.default == "0.8 m/s"  # of the pure pursuit
     assert found["controller.use"].source.startswith("parameters/nav2_params.yaml:")
     assert found["controller.moving_margin"].source == "default"
 
@@ -38,6 +40,7 @@ def test_each_value_names_the_file_and_line_that_sets_it() -> None:
 def test_a_mission_without_a_map_has_defaults_of_its_own() -> None:
     decay = sources("17_without_a_map")["costmap.decay"]
     assert (decay.value, decay.source) == ("300 s", "default without a map")
+    assert decay.default == "300 s"
 
 
 def test_the_command_line_has_the_print_result() -> None:

@@ -9,8 +9,9 @@ import pytest
 
 from missions.execution.prepare import RunOptions
 from missions.execution.running import run_mission
-from missions.inspection.page.figures import map_figure, plot
+from missions.inspection.page.map_figure import map_figure
 from missions.inspection.page.page import page_of
+from missions.inspection.page.plots import plot
 from missions.inspection.page.story import read_story
 from stack.errors import InputError
 from stack.telemetry.records import Event
@@ -89,8 +90,19 @@ def test_the_page_tells_outcome_cause_and_line(story):
     assert "into the table" in text
     assert "walk.yaml:13" in text
     assert "navigate_to_pose: {goal: $spot}    # inside the table" in text
-    assert "controller.cruise_speed" in text
+    row = " ".join(text[text.index("controller.cruise_speed") :].split()[:7])
+    assert row == "controller.cruise_speed 0.5 m/s default 0.8 m/s set"  # pure pursuit: 0.8 m/s
+    assert "set by walk.yaml:6" in " ".join(text.split())
     assert story.report["log_sha256"][:16] in text
+
+
+@pytest.mark.slow
+def test_the_sentence_of_a_failure_stands_in_the_headline_and_with_its_line(story):
+    """The drive and the mission tell it as events too; the mark on the map has it as tooltip."""
+    (failing,) = story.failures
+    assert sum(failing.message in event.text for event in story.events) >= 2
+    page = re.sub("<title>.*?</title>", "", page_of([story]))
+    assert checked(page).count(failing.message) == 2
 
 
 @pytest.mark.slow
@@ -129,6 +141,49 @@ def test_the_map_marks_where_the_robot_was_lifted(story):
     assert "5.0 s: the robot was lifted" in map_figure(moved)
     happened = "<td>the robot was lifted</td>"
     assert (happened in page_of([moved]), happened in page_of([story])) == (True, False)
+
+
+HALL = """\
+world: hall
+format: 1
+start: [1, 1, 0]
+places: {west: [1, 1, 0 deg], east: [7, 1, 0 deg]}
+walls:
+  - {points: [[0, 0], [8, 0], [8, 2], [0, 2]], closed: true}
+  - {points: [[4, 0], [4, 0.5]]}
+  - {points: [[4, 1.5], [4, 2]]}
+"""
+IN_THE_WAY = {
+    "Ada": """\
+people:
+  - {name: Ada, waypoints: [[5.5, 1.7], [4, 1]], speed: 0.6 m/s, pause: 20 s, start: 0.3}
+""",
+    "gate": """\
+doors: [{name: gate, from: [4, 0.5], to: [4, 1.5]}]
+timeline: [{when: {time: 0.5 s}, close_door: gate}]
+""",
+}
+THROUGH = """\
+mission: through
+robot: scout
+world: hall.yaml
+start: west
+run: {navigate_to_pose: {goal: $east}, timeout: 20 s}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "label"), [("gate", "gate closed"), ("Ada", "Ada")])
+def test_the_map_names_the_door_or_person_that_blocked_at_its_place(tmp_path, name, label):
+    """Both are in the passage at (4, 1), which is 1 m wide."""
+    (tmp_path / "hall.yaml").write_text(HALL + IN_THE_WAY[name])
+    (tmp_path / "through.yaml").write_text(THROUGH)
+    run_mission(tmp_path / "through.yaml", RunOptions(seed=1, out=tmp_path / "run"))
+    story = read_story(tmp_path / "run")
+    blocker = next(one for one in story.blockers if one.name == name)
+    assert np.hypot(blocker.at[0] - 4.0, blocker.at[1] - 1.0) < 0.6
+    assert blocker.times[0] > 1.0
+    assert f">{label}</tspan>" in map_figure(story)
 
 
 @pytest.mark.slow

@@ -1,0 +1,240 @@
+"""The map of a report: the driven way, what held and blocked the robot, and where nodes failed."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator
+from html import escape
+
+import numpy as np
+
+from missions.inspection.page.blockers import Blocker
+from missions.inspection.page.story import Samples, Story
+from stack.types import FloatArray, OccupancyGrid
+
+WIDTH = 720
+"""Of the figure, in its own units; it is scaled to the page."""
+
+LEAST_APART = 0.3
+"""The true way is drawn if it is anywhere farther from the estimate than this, metres."""
+
+MARGIN = 0.4
+"""Metres around the driven way that are shown, at least."""
+
+LEVELS = 5
+"""Colours of speed."""
+
+
+def map_figure(story: Story) -> str:
+    """The map with the driven way: coloured by speed, with a ring where the robot was held."""
+    samples, grid = story.samples, story.grid
+    view = _View(grid, samples)
+    top = max(0.2, float(np.nanmax(samples.speed, initial=0.0)))
+    x, y = view.pixels(samples.x, samples.y)
+    parts = [] if grid is None else [view.picture(grid)]
+    for first, last, level in _stretches(samples.speed / top, x, y):
+        points = _points(x[first:last], y[first:last])
+        parts.append(f'<polyline class="speed{level}" points="{points}"/>')
+    true_way = bool((samples.error > LEAST_APART).any())
+    if true_way:
+        parts += _true_way(samples, view)
+    parts += _held_marks(samples, x, y)
+    parts += _moved_marks(story, view)
+    parts += [f'<circle cx="{x[0]:.1f}" cy="{y[0]:.1f}" r="6" class="begin"/>',
+              f'<circle cx="{x[-1]:.1f}" cy="{y[-1]:.1f}" r="6" class="end"/>']  # fmt: skip
+    for name, at in story.places.items():
+        a, b = view.pixel(*at)
+        parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" class="place"/>',
+                  _label(a, b - 9, [name])]  # fmt: skip
+    for blocker in story.blockers:
+        parts += _blocker_marks(blocker, view)
+    parts += _failure_marks(story, x, y)
+    drawn = "".join(parts)
+    label = escape(f"map of {story.name} with the driven way")
+    return (
+        f'<svg viewBox="0 0 {WIDTH} {view.height:.0f}" role="img" aria-label="{label}">{drawn}'
+        f"</svg><figcaption>{''.join(_legend(story, top, true_way=true_way))}</figcaption>"
+    )
+
+
+def _legend(story: Story, top: float, *, true_way: bool) -> Iterator[str]:
+    """What the lines and marks of this map mean."""
+    step = 6
+    lines = "".join(
+        f'<line x1="{step * level}" y1="6" x2="{step * level + step}" y2="6" class="speed{level}"/>'
+        for level in range(LEVELS)
+    )
+    yield _key(lines, f"0 to {top:.1f} m/s", step * LEVELS)
+    if true_way:
+        yield _key('<line x1="0" y1="6" x2="24" y2="6" class="truth"/>', "true way", 24)
+    yield _key('<circle cx="6" cy="6" r="4.5" class="begin"/>', "start")
+    yield _key('<circle cx="6" cy="6" r="4.5" class="end"/>', "end")
+    causes = dict.fromkeys(cause for _, _, cause in story.samples.held_spans)
+    if causes:
+        yield _key(
+            '<circle cx="6" cy="6" r="4.5" class="heldmark"/>', f"held by {', '.join(causes)}"
+        )
+    if any(blocker.door for blocker in story.blockers):
+        yield _key('<line x1="0" y1="6" x2="12" y2="6" class="shut"/>', "closed door that blocked")
+    if any(blocker.door is None for blocker in story.blockers):
+        yield _key('<circle cx="6" cy="6" r="5" class="person"/>', "person who blocked")
+    if story.failures:
+        yield '<span class="key"><b class="failed">✘</b> a node failed</span>'
+
+
+def _key(drawing: str, words: str, width: int = 12) -> str:
+    return (
+        f'<span class="key"><svg viewBox="0 0 {width} 12" width="{width}" height="12">{drawing}'
+        f"</svg> {escape(words)}</span>"
+    )
+
+
+def _label(x: float, y: float, lines: list[str], kind: str = "small") -> str:
+    """Lines of text beside a mark; to its left where the right would be outside the map."""
+    beside, anchor = (x - 9, "end") if x > 0.75 * WIDTH else (x + 9, "start")
+    spans = "".join(
+        f'<tspan x="{beside:.1f}" dy="{1.15 if number else 0}em">{escape(line)}</tspan>'
+        for number, line in enumerate(lines)
+    )
+    return (
+        f'<text x="{beside:.1f}" y="{y:.1f}" class="{kind}" text-anchor="{anchor}">{spans}</text>'
+    )
+
+
+class _View:
+    """Scale of a map figure: metres to its units, north up."""
+
+    def __init__(self, grid: OccupancyGrid | None, samples: Samples) -> None:
+        x = np.concatenate([samples.x, samples.true_x])
+        y = np.concatenate([samples.y, samples.true_y])
+        low = np.array([np.nanmin(x), np.nanmin(y)]) - MARGIN
+        high = np.array([np.nanmax(x), np.nanmax(y)]) + MARGIN
+        if grid is not None:
+            rows, columns = np.nonzero(grid.cells >= 0)
+            if len(rows):
+                origin = np.array(grid.origin)
+                known = np.array([columns.min(), rows.min()]), np.array([columns.max(), rows.max()])
+                low = np.minimum(low, origin + known[0] * grid.resolution)
+                high = np.maximum(high, origin + (known[1] + 1) * grid.resolution)
+        self.low, self.high = low, high
+        size = high - low
+        self.scale = min(WIDTH / size[0], 0.9 * WIDTH / size[1])
+        self.left = 0.5 * (WIDTH - size[0] * self.scale)
+        self.height = float(size[1] * self.scale)
+
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        """Place in the figure of a place on the map."""
+        return self.left + (x - self.low[0]) * self.scale, (self.high[1] - y) * self.scale
+
+    def pixels(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Places in the figure of places on the map."""
+        return self.left + (x - self.low[0]) * self.scale, (self.high[1] - y) * self.scale
+
+    def picture(self, grid: OccupancyGrid) -> str:
+        """The map as a picture that suits light and dark pages."""
+        import cv2
+
+        cells = grid.cells
+        pixels = np.zeros((*cells.shape, 4), np.uint8)
+        pixels[grid.free] = (128, 128, 128, 28)
+        pixels[grid.occupied] = (130, 120, 110, 255)
+        done, encoded = cv2.imencode(".png", np.flipud(pixels))
+        if not done:
+            return ""
+        height, width = cells.shape
+        top = grid.origin[1] + height * grid.resolution
+        x, y = self.pixel(grid.origin[0], top)
+        code = base64.b64encode(encoded.tobytes()).decode()
+        return (
+            f'<image x="{x:.1f}" y="{y:.1f}" width="{width * grid.resolution * self.scale:.1f}" '
+            f'height="{height * grid.resolution * self.scale:.1f}" '
+            f'preserveAspectRatio="none" href="data:image/png;base64,{code}"/>'
+        )
+
+
+def _stretches(shares: FloatArray, x: FloatArray, y: FloatArray) -> list[tuple[int, int, int]]:
+    """First and last sample, and level 0 to 4, of each stretch of about the same speed.
+
+    A jump of the pose is not drawn as a way.
+    """
+    levels = np.clip((shares * 5).astype(int), 0, 4)
+    steps = np.hypot(np.diff(x), np.diff(y))
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 1.0
+    jumps = np.concatenate([[False], steps > max(40.0, 12 * usual)])
+    found, first = [], 0
+    for at in range(1, len(levels) + 1):
+        if at == len(levels) or levels[at] != levels[first] or jumps[at]:
+            last = at if at == len(levels) or jumps[at] else at + 1
+            if last - first > 1:
+                found.append((first, last, int(levels[first])))
+            first = at
+    return found
+
+
+def _true_way(samples: Samples, view: _View) -> list[str]:
+    """The way that the robot really took."""
+    known = np.isfinite(samples.true_x)
+    x, y = view.pixels(samples.true_x[known], samples.true_y[known])
+    return [
+        f'<polyline class="truth" points="{_points(x[first:last], y[first:last])}"/>'
+        for first, last, _ in _stretches(np.zeros(len(x)), x, y)
+    ]
+
+
+def _points(x: FloatArray, y: FloatArray) -> str:
+    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+
+
+def _moved_marks(story: Story, view: _View) -> list[str]:
+    """Where the robot was when it was lifted or pushed; just before, in truth if it is known."""
+    parts, samples = [], story.samples
+    for event in story.events:
+        if event.kind not in ("lifted", "pushed"):
+            continue
+        number = max(0, int(np.searchsorted(samples.time, event.time)) - 1)
+        known = np.isfinite(samples.true_x[number])
+        at = (samples.true_x, samples.true_y) if known else (samples.x, samples.y)
+        a, b = view.pixel(float(at[0][number]), float(at[1][number]))
+        words = f"{event.time:.1f} s: {event.text}"
+        label = _label(a, b + 14, [f"{event.kind} {event.time:.1f} s"])
+        parts.append(
+            f'<g><title>{escape(words)}</title><path d="M{a:.1f} {b - 7:.1f}l7 7l-7 7l-7 -7z" '
+            f'class="moved"/>{label}</g>'
+        )
+    return parts
+
+
+def _held_marks(samples: Samples, x: FloatArray, y: FloatArray) -> list[str]:
+    """A circle where the robot stood for something: the longer, the larger."""
+    parts = []
+    for first, last, cause in samples.held_spans:
+        seconds = samples.time[min(last, len(x) - 1)] - samples.time[first]
+        parts.append(
+            f'<circle cx="{x[first]:.1f}" cy="{y[first]:.1f}" r="{4 + min(10.0, seconds):.1f}" '
+            f'class="heldmark"><title>{samples.time[first]:.1f} s: held by {escape(cause)} for '
+            f"{seconds:.1f} s</title></circle>"
+        )
+    return parts
+
+
+def _blocker_marks(blocker: Blocker, view: _View) -> list[str]:
+    """A closed door as the line that it is, a person as a disc; with name and times."""
+    x, y = view.pixel(*blocker.at)
+    if blocker.door is None:
+        mark = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" class="person"/>'
+        return [mark, _label(x, y + 18, blocker.label, "small blocker")]
+    (x1, y1), (x2, y2) = view.pixel(*blocker.door.start), view.pixel(*blocker.door.end)
+    line = f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" class="shut"/>'
+    x, y = max((x1, y1), (x2, y2), key=lambda end: end[1])
+    return [line, _label(x, y - 18, blocker.label, "small blocker")]
+
+
+def _failure_marks(story: Story, x: FloatArray, y: FloatArray) -> Iterator[str]:
+    for failing in story.failures:
+        for time in failing.times:
+            number = int(np.searchsorted(story.samples.time, time).clip(0, len(x) - 1))
+            why = escape(f"{time:.1f} s: {failing.name} failed: {failing.message}")
+            yield (
+                f'<g><title>{why}</title><text x="{x[number]:.1f}" y="{y[number] + 5:.1f}" '
+                'class="mark" text-anchor="middle">✘</text></g>'
+            )

@@ -1,0 +1,80 @@
+"""The timeline of a report: when each node of the tree ran, and what held the robot."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from html import escape
+
+from missions.inspection.page.scales import time_steps
+from missions.inspection.page.story import Story
+from stack.types.printable import printable
+
+MOST_ROWS = 60
+"""Rows; deeper nodes are left out first."""
+
+SPAN, LEAST_BAR = 1000.0, 2.0
+"""Length of the run, and of the shortest bar, in the units of a row's drawing."""
+
+OUTCOMES = {"success": "good", "failure": "bad", "idle": "idle", "running": "busy"}
+
+Piece = tuple[float, float, str, str]
+"""Begin and end, seconds; its colour, and what it is."""
+
+
+def timeline(story: Story) -> str:
+    """When each node of the tree ran, and how it ended; below, by what the robot was held."""
+    rows = story.bars
+    deepest = max((depth for depth, *_ in rows), default=0)
+    while len(rows) > MOST_ROWS and deepest > 1:
+        rows = [row for row in rows if row[0] < deepest]
+        deepest -= 1
+    parts = [
+        _row(
+            node.name, depth, story.end,
+            ((bar.begin, bar.end, OUTCOMES.get(bar.outcome, "busy"), bar.outcome) for bar in bars),
+        )
+        for depth, node, bars in rows[:MOST_ROWS]
+    ]  # fmt: skip
+    held = defaultdict[str, list[Piece]](list)
+    time = story.samples.time
+    for first, last, cause in story.samples.held_spans:
+        held[cause].append((time[first], time[min(last, len(time) - 1)], "held", "held"))
+    parts += [_row(f"held by {cause}", 0, story.end, pieces) for cause, pieces in held.items()]
+    return "".join([*parts, _axis(story.end), _legend(story, held=bool(held))])
+
+
+def _row(name: str, depth: int, end: float, pieces: Iterable[Piece]) -> str:
+    words, across = escape(printable(name)), SPAN / max(end, 1e-9)
+    bars = "".join(
+        f'<rect x="{begin * across:.1f}" y="0" height="10" class="{colour}" '
+        f'width="{max(LEAST_BAR, (last - begin) * across):.1f}">'
+        f"<title>{words}: {outcome}, {begin:.1f} to {last:.1f} s</title></rect>"
+        for begin, last, colour, outcome in pieces
+    )
+    return (
+        f'<div class="row"><span class="label" style="padding-left: {min(depth, 8) * 9}px" '
+        f'title="{words}">{words}</span><svg viewBox="0 0 {SPAN:.0f} 10" '
+        f'preserveAspectRatio="none" role="img" aria-label="{words}">{bars}</svg></div>'
+    )
+
+
+def _axis(end: float) -> str:
+    ticks = "".join(
+        f'<span style="left: {100 * time / max(end, 1e-9):.1f}%">{time:g} s</span>'
+        for time in time_steps(end)
+    )
+    return f'<div class="row"><span></span><div class="ticks">{ticks}</div></div>'
+
+
+def _legend(story: Story, *, held: bool) -> str:
+    """The colours that this timeline has."""
+    found = {bar.outcome for _, _, bars in story.bars for bar in bars}
+    colours = [(OUTCOMES[word], word) for word in OUTCOMES if word in found]
+    colours += [("held", "held")] if held else []
+    keys = "".join(
+        f'<span class="key"><svg viewBox="0 0 12 12" width="12" height="12">'
+        f'<rect y="2" width="12" height="8" class="{colour}"/></svg> {word}</span>'
+        for colour, word in colours
+    )
+    return f"<figcaption>{keys}</figcaption>"
