@@ -1,9 +1,10 @@
 """Scale and curve of a chart by hand."""
 
 import numpy as np
+import pytest
 
 from tui.drawing import palette
-from tui.panes.chart import SPAN, Chart, _tick, draw_curve, sample
+from tui.panes.chart import Chart, _tick, draw_curve, fitting_span, sample
 
 
 def curve(shares, rows=1):
@@ -31,18 +32,32 @@ def test_unknown_values_leave_a_gap_and_large_ones_stay_inside():
 
 def test_samples_end_at_the_newest_and_are_unknown_before_the_first():
     times = np.array([100.0, 130.0])
-    levels = sample(times, np.array([1.0, 4.0]), 4)
+    levels = sample(times, np.array([1.0, 4.0]), 4, 60.0)
     # Columns are 15 s apart: at 90, 105, 120 and 135 s. Values rise by 0.1 per second.
-    assert np.isnan(levels[0]) and SPAN == 60.0
+    assert np.isnan(levels[0])
     assert levels[1:].tolist() == [1.5, 3.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "most", "span"),
+    [(0.0, 60.0, 10.0), (10.0, 60.0, 10.0), (10.1, 60.0, 30.0), (59.0, 60.0, 60.0),
+     (61.0, 60.0, 60.0), (90.0, 600.0, 120.0), (5.0, 10.0, 10.0), (700.0, 600.0, 600.0)],
+)  # fmt: skip
+def test_the_scale_of_time_fits_a_short_run(seconds, most, span):
+    assert fitting_span(seconds, most) == span
+
+
+def test_the_title_of_a_chart_tells_its_time():
+    chart = Chart("Speed", "m/s", {"real": palette.PATH}, 0.0, 0.2)
+    assert "10 s" in str(chart.border_title)
 
 
 def test_a_curve_does_not_flicker_between_two_columns():
     """The older dots are the same 0.4 s later: sampled at the same times."""
     times = np.arange(0.0, 120.2, 0.2)
     values = np.sin(times)
-    early = sample(times[:-2], values[:-2], 60)
-    assert np.array_equal(sample(times, values, 60)[:-2], early[:-2])
+    early = sample(times[:-2], values[:-2], 60, 60.0)
+    assert np.array_equal(sample(times, values, 60, 60.0)[:-2], early[:-2])
 
 
 def test_a_second_sample_of_one_time_is_ignored():

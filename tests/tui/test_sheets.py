@@ -130,7 +130,8 @@ async def test_a_number_is_plotted_by_enter_and_the_choice_is_kept(pilot):
     assert [option.id for option in sheet.query_one(OptionList).options] == ["battery %"]
     assert "battery %" in lines(sheet.query_one(Plot))
     await pilot.press("minus", "minus")
-    assert "-300 s" in lines(sheet.query_one(Plot))
+    assert "300 s, + -" in str(sheet.query_one(".sheet").border_subtitle)
+    assert "-10 s" in lines(sheet.query_one(Plot))  # there are no more than 10 s yet
     await pilot.press("escape", "escape", "P")
     await pilot.pause()
     assert "battery %" in lines(pilot.app.screen.query_one(Plot))

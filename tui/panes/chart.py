@@ -15,14 +15,17 @@ from tui.drawing.canvas import BRAILLE
 from tui.drawing.strips import Lines, style, to_strips
 
 SPAN = 60.0
-"""Width of the chart in seconds of the robot's clock."""
+"""Width of the chart in seconds of the robot's clock, at most."""
+
+SPANS = (10.0, 30.0, SPAN, 120.0, 300.0, 600.0)
+"""Widths of charts, seconds."""
 
 TICKS = 6
 """Width of the vertical scale in characters."""
 
 
 class Chart(Lines):
-    """Chart of the last minute of several values, newest at the right."""
+    """Chart of the last minute of several values, or of less while there is less."""
 
     def __init__(
         self, title: str, unit: str, series: dict[str, int], floor: float, top: float
@@ -37,7 +40,8 @@ class Chart(Lines):
             top: lowest upper end of the scale.
         """
         super().__init__(classes="chart")
-        self.border_title = f"{title} [{palette.css(palette.DIM)}]{unit}[/]"
+        self._title, self._unit, self._span = title, unit, 0.0
+        self._show_span(SPANS[0])
         self._colours, self._floor, self._top = series, floor, top
         self._times: deque[float] = deque(maxlen=2400)
         self._values = {name: deque[float](maxlen=2400) for name in series}
@@ -80,18 +84,27 @@ class Chart(Lines):
         """Redraw at the new size."""
         self._redraw()
 
+    def _show_span(self, span: float) -> None:
+        """Set the width in seconds; the title tells it."""
+        if span != self._span:
+            self._span, dim = span, palette.css(palette.DIM)
+            unit = f"{self._unit} · " if self._unit else ""
+            self.border_title = f"{self._title} [{dim}]{unit}{span:g} s[/]"
+
     def _redraw(self) -> None:
         columns, rows = self.size.width - TICKS - 1, self.size.height
         if columns < 4 or rows < 1:
             self.put([])
             return
+        if self._times:
+            self._show_span(fitting_span(self._times[-1] - self._times[0], SPAN))
         known = [value for values in self._values.values() for value in values]
         low, high = min([self._floor, *known]), max([self._top, *known])
         glyphs = np.full((rows, columns), 0x2800, dtype=np.uint32)
         colours = np.full((rows, columns), palette.DIM, dtype=np.uint32)
         for name, values in self._values.items():
             if self._times:
-                levels = sample(np.array(self._times), np.array(values), columns * 2)
+                levels = sample(np.array(self._times), np.array(values), columns * 2, self._span)
                 draw_curve(glyphs, colours, (levels - low) / (high - low), self._colours[name])
         body = to_strips(glyphs, colours, np.full_like(colours, palette.BACKDROP))
         axis = style(palette.IDLE, palette.BACKDROP)
@@ -103,13 +116,18 @@ class Chart(Lines):
         )
 
 
-def sample(times: FloatArray, values: FloatArray, columns: int) -> FloatArray:
-    """Return values (columns,), one per dot column of the last SPAN seconds; NaN before data.
+def fitting_span(seconds: float, most: float) -> float:
+    """Return the width of a chart of so many seconds: the next of SPANS, `most` at most."""
+    return min(most, next((span for span in SPANS if span >= seconds), most))
+
+
+def sample(times: FloatArray, values: FloatArray, columns: int, span: float) -> FloatArray:
+    """Return values (columns,), one per dot column of the last `span` seconds; NaN before data.
 
     The columns are at multiples of their distance, so that the curve moves by whole dots. The last
     one has the newest value.
     """
-    spacing = SPAN / columns
+    spacing = span / columns
     at = (np.ceil(times[-1] / spacing) - np.arange(columns)[::-1]) * spacing
     levels: FloatArray = np.interp(at, times, values, left=np.nan)
     return levels

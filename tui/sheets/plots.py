@@ -19,11 +19,8 @@ from tui.drawing import palette
 from tui.drawing.palette import css
 from tui.drawing.strips import Lines, one_line, style, to_strips
 from tui.keys import PLOT_KEYS
-from tui.panes.chart import draw_curve
+from tui.panes.chart import SPANS, draw_curve, fitting_span
 from tui.sheets.sheet import Sheet, Shown
-
-SPANS = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0)
-"""Widths of the plot, seconds of the robot's clock."""
 
 COLOURS = (
     palette.BUSY, palette.PATH, palette.PERSON, palette.SCAN, palette.PARTICLE, palette.DEPTH,
@@ -48,7 +45,12 @@ class Plot(Lines):
     EMPTY = "enter plots a number of the list"
 
     def draw(self, curves: dict[str, tuple[FloatArray, FloatArray]], span: float) -> None:
-        """Draw curves of times and values by name; the newest time is at the right edge."""
+        """Draw curves of times and values by name; the newest time is at the right edge.
+
+        Args:
+            curves: times and values by name.
+            span: width in seconds; less while the curves are shorter.
+        """
         columns, rows = self.size.width - TICKS - 1, self.size.height - 1 - len(curves)
         if not curves or columns < 8 or rows < 2:
             self.put([])
@@ -57,6 +59,8 @@ class Plot(Lines):
         glyphs = np.full((rows, columns), 0x2800, dtype=np.uint32)
         colours = np.full((rows, columns), palette.DIM, dtype=np.uint32)
         newest = max((times[-1] for times, _ in curves.values() if len(times)), default=0.0)
+        oldest = min((times[0] for times, _ in curves.values() if len(times)), default=newest)
+        span = fitting_span(newest - oldest, span)
         at = newest - span + span * np.arange(1, columns * 2 + 1) / (columns * 2)
         for number, (times, values) in enumerate(curves.values()):
             if len(times):
