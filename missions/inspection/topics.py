@@ -13,7 +13,8 @@ from dataclasses import dataclass, fields, is_dataclass
 from math import inf
 from pathlib import Path
 from time import monotonic  # noqa: TID251 - of a live run the rate is that of its messages
-from typing import Any
+from types import NoneType
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
@@ -36,6 +37,9 @@ FIELDS = tuple(item.name for item in fields(Snapshot) if item.name not in ("time
 
 LONGEST_LIST = 12
 """Items that `echo` prints of a list; a longer one is summarised."""
+
+MOST_SAMPLES = 40
+"""Snapshots of a recording in which `list` looks for values."""
 
 WINDOW = 1.0
 """Wall seconds of messages in one line of `hz` of a live run."""
@@ -69,6 +73,10 @@ class LiveTopics:
         for snapshot in self._robot.snapshots():
             yield monotonic(), snapshot
 
+    def samples(self) -> Iterator[Snapshot]:
+        """Yield the newest snapshot."""
+        yield next(self._robot.snapshots())
+
     def events(self) -> Iterator[Message]:
         """Yield the events from now on."""
         for event in self._robot.events():
@@ -93,6 +101,12 @@ class RecordedTopics:
         """Yield all snapshots with their times."""
         for number, time in enumerate(self._recording.times):
             yield time, self._recording.snapshot(number)
+
+    def samples(self) -> Iterator[Snapshot]:
+        """Yield some snapshots, spread over the run."""
+        count = len(self._recording.times)
+        for number in sorted({*range(0, count, -(-count // MOST_SAMPLES)), count - 1}):
+            yield self._recording.snapshot(number)
 
     def events(self) -> Iterator[Message]:
         """Yield all events."""
@@ -140,21 +154,39 @@ def topics_of(run: str) -> Topics:
     return RecordedTopics(find_run(run or NEWEST, Path("runs")))
 
 
-def list_lines(topics: Topics) -> Iterator[tuple[str, str]]:
-    """Yield name and type of each topic that has a value in the first snapshot, and of sensors."""
+def list_lines(topics: Topics) -> Iterator[tuple[str, str, str]]:
+    """Yield name and type of each topic, and whether it has no message so far."""
     with closing(topics):
-        _, snapshot = next(topics.snapshots())
-        values = values_of(snapshot)
+        types = _field_types(topics.samples())
         for name in FIELDS:
-            value = values[name]
             if name == LAYERS:
-                for layer in snapshot.layers:
-                    yield f"{LAYERS}.{layer}", type(snapshot.layers[layer].content).__name__
-            elif value is not None:
-                yield name, _type_name(value)
-        yield EVENTS, "Event"
+                layers = [one for one in types if one.startswith(f"{LAYERS}.")]
+                yield from ((layer, types[layer], "") for layer in layers)
+            elif name in types:
+                yield name, types[name], ""
+            else:
+                yield name, _declared_type(name), "no message"
+        yield EVENTS, "Event", ""
         for sensor, kind in topics.sensors().items():
-            yield f"{SENSOR}{sensor}", kind
+            yield f"{SENSOR}{sensor}", kind, ""
+
+
+def _field_types(snapshots: Iterable[Snapshot]) -> dict[str, str]:
+    """Type of each field and layer that has a value in one of the snapshots."""
+    types: dict[str, str] = {}
+    for snapshot in snapshots:
+        for name, layer in snapshot.layers.items():
+            types.setdefault(f"{LAYERS}.{name}", type(layer.content).__name__)
+        for name, value in values_of(snapshot).items():
+            if value is not None:
+                types.setdefault(name, _type_name(value))
+    return types
+
+
+def _declared_type(field: str) -> str:
+    """Type of a field that may have no value: `Scan` of `Scan | None`."""
+    kinds = [kind for kind in get_args(get_type_hints(Snapshot)[field]) if kind is not NoneType]
+    return next((kind.__name__ for kind in kinds if is_dataclass(kind)), "array")
 
 
 def messages(topics: Topics, name: str) -> Iterator[Message]:
@@ -199,7 +231,7 @@ def spaced(found: Iterable[Message], every: float) -> Iterator[Message]:
             yield message
 
 
-def rates(found: Iterable[Message], *, live: bool) -> Iterator[str]:
+def rates(found: Iterable[Message], name: str, *, live: bool) -> Iterator[str]:
     """Yield a line with rate, periods and age: of each second of a live run, else of the whole."""
     window: list[Message] = []
     for message in found:
@@ -209,6 +241,11 @@ def rates(found: Iterable[Message], *, live: bool) -> Iterator[str]:
             window = [message]
     if not live or len(window) > 1:
         yield _rate(window)
+    if not live and len(window) > 1 and name != EVENTS and not name.startswith(SENSOR):
+        yield (
+            "this is the rate of the recording (parameter recording.rate), not that of the robot; "
+            "`--record sensors` records every measurement"
+        )
 
 
 def _rate(window: list[Message]) -> str:

@@ -32,7 +32,10 @@ Count = Annotated[int | None, typer.Option("-n", min=1, metavar="N", help="stop 
 def list_(
     run: Annotated[str, typer.Argument(help="a run [default: live or newest]")] = "",
 ) -> None:
-    """List the topics of a run with their types."""
+    """List the topics of a run with their types.
+
+    `no message` marks those without a value so far, or in the recording.
+    """
     from missions.inspection.topics import list_lines, topics_of
     from stack.columns import columns
 
@@ -62,14 +65,15 @@ def hz(words: RunAndTopic, count: Count = None) -> None:
     """Print rate, periods and age of a topic: each second of a live run, or of a whole recording.
 
     Rates and periods are in seconds of the robot's clock, by the stamps of measurements. While that
-    clock stands still, as in a paused simulation, nothing is new and nothing is printed.
+    clock stands still, as in a paused simulation, nothing is new and nothing is printed. Fields of
+    a recorded run have the rate of its recording; `sensors.NAME` has every measurement.
     """
     from missions.inspection import topics as read
 
     run, topic = _words(words)
     with closing(read.topics_of(run)) as topics:
         live = isinstance(topics, read.LiveTopics)
-        read.take(count, read.rates(read.messages(topics, topic), live=live), typer.echo)
+        read.take(count, read.rates(read.messages(topics, topic), topic, live=live), typer.echo)
 
 
 def _words(words: list[str]) -> tuple[str, str]:
