@@ -58,7 +58,7 @@ class Hint(str):
 class Finding:
     """An error or warning about a file: `file:line:column error[E012] sentence; hint`.
 
-    Sentence and hint are for people. A program that mends the file uses `mark` and `fix`.
+    Sentence and hint are for people. A program that fixes the file uses `mark` and `fix`.
     """
 
     mark: Mark

@@ -18,7 +18,7 @@ class Source(Protocol):
 
     @property
     def pictures(self) -> bool:
-        """Whether snapshots shall have the camera's newest picture, small; off at first."""
+        """Whether snapshots have the camera's newest picture, small; off at first."""
         ...
 
     @pictures.setter

@@ -1,6 +1,6 @@
 """Runs of a table in several processes; one that dies or hangs loses only its own run.
 
-`multiprocessing.Pool` waits for ever for a run whose process has died. `ProcessPoolExecutor` loses
+`multiprocessing.Pool` waits forever for a run whose process has died. `ProcessPoolExecutor` loses
 all runs with it, and cannot be stopped while one is computing.
 """
 

@@ -38,9 +38,7 @@ Parameters = Annotated[
 ]
 
 
-View = Annotated[
-    bool, typer.Option("--view", help="also show the run in rerun's viewer as it goes on")
-]
+View = Annotated[bool, typer.Option("--view", help="also show the run live in rerun's viewer")]
 
 
 def counted(number: int, noun: str) -> str:

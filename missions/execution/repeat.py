@@ -93,7 +93,7 @@ def first_difference(one: Iterable[Event], other: Iterable[Event], names: tuple[
             continue
         if old is None or new is None:
             longer, event = (names[1], new) if old is None else (names[0], old)
-            return f"equal up to {event.time:.2f} s; then only {longer} goes on: {event.text}"
+            return f"equal up to {event.time:.2f} s; then only {longer} continues: {event.text}"
         return f"equal up to {min(old.time, new.time):.2f} s; then {_apart(old, new, names)}"
     return ""
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from stack.telemetry.lost_records import LostRecord
+
 WRONG_INPUT, INTERNAL_ERROR, INTERRUPTED = 2, 3, 130
 EXIT_CODES = {
     "success": 0, "failure": 1, "aborted": 1, "error": INTERNAL_ERROR, "interrupted": INTERRUPTED,
@@ -117,8 +119,7 @@ class Report:
 
     def summary(self) -> str:
         """Return a few lines for the terminal."""
-        from stack.telemetry.records import LostRecord  # imports NumPy, which the command avoids
-        from stack.types.printable import printable  # as above
+        from stack.types.printable import printable  # imports NumPy, which the command avoids
 
         error, clearance = self.localisation_error, self.min_clearance_m
         lines = [

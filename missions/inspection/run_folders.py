@@ -37,7 +37,7 @@ class RunFolderEntry:
     Attributes:
         name: of the folder.
         mission: title of the mission; the folder's name if there is no report.
-        status: of the report; `live` while the run goes on; `incomplete` if it ended without one.
+        status: of the report; `live` while it runs; `incomplete` if it ended without one.
         started: ISO 8601, local time.
         simulated_seconds: robot time at the end, or of the last event.
         size: of all files, bytes.
@@ -105,7 +105,7 @@ def is_run_folder(folder: Path) -> bool:
 
 
 def is_live(folder: Path) -> bool:
-    """Whether a run goes on."""
+    """Whether a run is live."""
     with suppress(OSError), _is_over(folder) as is_over:
         return not is_over
     return False

@@ -186,11 +186,13 @@ def _field_types(snapshots: Iterable[Snapshot]) -> dict[str, str]:
 def _declared_type(field: str) -> str:
     """Type of a field that may have no value: `Scan` of `Scan | None`."""
     kinds = [kind for kind in get_args(get_type_hints(Snapshot)[field]) if kind is not NoneType]
-    return next((kind.__name__ for kind in kinds if is_dataclass(kind)), "array")
+    return next(
+        (kind.__name__ for kind in kinds if isinstance(kind, type) and is_dataclass(kind)), "array"
+    )
 
 
 def messages(topics: Topics, name: str) -> Iterator[Message]:
-    """Yield the messages of a topic; a live run goes on for ever.
+    """Yield the messages of a topic; a live run does not end.
 
     Args:
         topics: of the run.

@@ -6,7 +6,7 @@ running child after it has ticked the earlier one. Therefore the running child i
 pre-emptible meanwhile: it is halted before a behaviour that moves the robot (`uses_wheels`) starts
 in the earlier child, and otherwise as soon as the earlier child ends the tick.
 
-A skipped child (`when`) has no outcome: every composite goes on to the next child. A composite
+A skipped child (`when`) has no outcome: every composite continues with the next child. A composite
 whose children were all skipped is skipped itself.
 """
 

@@ -9,7 +9,8 @@ from hashlib import sha256
 from typing import Any
 
 from stack.telemetry.event_log import event_line, json_value, without_local_details
-from stack.telemetry.records import Ack, Command, Event, LostRecord, RecordFull, RunInfo, Snapshot
+from stack.telemetry.lost_records import LostRecord, RecordFull
+from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
 from stack.telemetry.sinks import CommandSource, LinkSink, RecordSink, Sink
 
 LEVELS = ("info", "warning", "error")

@@ -8,7 +8,6 @@ from enum import StrEnum
 from typing import Any
 from uuid import uuid4
 
-from stack.errors import TelemetryError
 from stack.mavlink.origin import GeoOrigin
 from stack.types import (
     STANDSTILL,
@@ -43,44 +42,6 @@ ROUTINE = frozenset({"pose", "node_status", "tree", "teleop"})
 def new_identity() -> str:
     """Return the identity of a new run: 32 hexadecimal digits that no other run has."""
     return uuid4().hex
-
-
-class RecordFull(TelemetryError):
-    """A record has reached its size limit. It is complete up to there, and ends.
-
-    Args:
-        record: name of the file.
-        limit: bytes.
-    """
-
-    def __init__(self, record: str, limit: float) -> None:
-        super().__init__(
-            f"{record} reached its limit of {limit / 1e6:g} MB; the recording ends here"
-            " (recording.size_limit sets the limit)"
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class LostRecord:
-    """A file of the run folder that could not be written.
-
-    Attributes:
-        record: path of the file relative to the run folder.
-        time: robot time from which on it is missing, seconds.
-        reason: why, e.g. No space left on device.
-        event: number of the first missing event, of events.jsonl only.
-    """
-
-    record: str
-    time: float
-    reason: str
-    event: int | None = None
-
-    @property
-    def text(self) -> str:
-        """What is lost, as in: events.jsonl from event 12 on (No space left on device)."""
-        since = f"{self.time:.1f} s" if self.event is None else f"event {self.event}"
-        return f"{self.record} from {since} on ({self.reason})"
 
 
 class MissionState(StrEnum):

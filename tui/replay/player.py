@@ -31,7 +31,7 @@ TROUBLES = ("doubt", "failsafe")
 """Kinds of events whose warnings count as failures."""
 
 LEAP = 2.0
-"""Robot time by which the play goes on at most without a jump, s."""
+"""Robot time by which playing advances at most without a jump, s."""
 
 
 @dataclass(frozen=True, slots=True)

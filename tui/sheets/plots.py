@@ -30,6 +30,9 @@ COLOURS = (
 TICKS = 9
 """Width of the vertical scale in characters."""
 
+BETWEEN, WIDE = 12, 100
+"""Rows between two values of the scale; columns from which on the scale of time has four parts."""
+
 
 def scale_of(series: list[FloatArray]) -> tuple[float, float]:
     """Lower and upper end of a scale that fits all values, with a margin of a twentieth."""
@@ -73,8 +76,7 @@ class Plot(Lines):
             Strip([Segment(_tick(row, rows, low, high), axis), *strip])
             for row, strip in enumerate(body)
         ]
-        ends = f"{f'-{span:g} s':<{columns - 3}}now"
-        strips.append(Strip([Segment(" " * (TICKS + 1) + ends, axis)]))
+        strips.append(Strip([Segment(" " * (TICKS + 1) + _times(span, columns), axis)]))
         widest = max(map(len, curves), default=0)
         strips += [self._legend(n, name, widest, curves[name][1]) for n, name in enumerate(curves)]
         self.put(strips)
@@ -89,8 +91,26 @@ class Plot(Lines):
 
 
 def _tick(row: int, rows: int, low: float, high: float) -> str:
-    shown = {0: high, rows // 2: (low + high) / 2.0, rows - 1: low}
-    return f"{shown[row]:>{TICKS - 1}.3g} ┤" if row in shown else " " * TICKS + "│"
+    """The scale at a row: values at both ends, and between them about every BETWEEN rows."""
+    parts = max(2, round((rows - 1) / BETWEEN))
+    marks = {round(part * (rows - 1) / parts): part / parts for part in range(parts + 1)}
+    if row not in marks:
+        return " " * TICKS + "│"
+    return f"{high + (low - high) * marks[row]:>{TICKS - 1}.3g} ┤"
+
+
+def _times(span: float, columns: int) -> str:
+    """The scale of time: its ends, and times between them in a wide plot."""
+    parts = 4 if columns >= WIDE else 1
+    line = " " * columns
+    for part in range(parts):
+        at = columns * part // parts
+        line = f"{line[:at]}{f'-{span * (parts - part) / parts:g} s':<{columns - at}}"
+    return f"{line[: columns - 3]}now"
+
+
+def _listed(text: str, colour: int) -> Text:
+    return Text(text, style=css(colour), no_wrap=True, overflow="ellipsis")
 
 
 class PlotSheet(Sheet):
@@ -189,9 +209,9 @@ class PlotSheet(Sheet):
 
     def _row(self, name: str) -> Text:
         if name not in self._chosen:
-            return Text(f"  {one_line(name)}", style=css(palette.DIM))
+            return _listed(f"  {one_line(name)}", palette.DIM)
         colour = COLOURS[self._chosen.index(name) % len(COLOURS)]
-        return Text(f"━ {one_line(name)}", style=css(colour))
+        return _listed(f"━ {one_line(name)}", colour)
 
     def _draw(self) -> None:
         if self._shown is not None:

@@ -18,7 +18,7 @@ CLOSING_TIMEOUT = 1.0
 class TerminalDriver(LinuxDriver):
     """Textual's driver; a write never blocks the keys.
 
-    Textual's own driver waits when thirty writes are waiting, and for ever when the terminal is
+    Textual's own driver waits when thirty writes are waiting, and forever when the terminal is
     gone. Then no key would be handled, not even the emergency stop.
     """
 

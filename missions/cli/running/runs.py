@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 HELP = """List, delete and open the folders of runs.
 
 Without a command, list the runs below ./runs, newest first: name, mission, status, start, simulated
-time and size. The status `live` means that the run goes on, `incomplete` that it ended without a
-report. A folder is a run folder if it contains events.jsonl and mission.yaml; no other folder and
+time and size. The status `live` means that the run is not over, `incomplete` that it ended without
+a report. A folder is a run folder if it contains events.jsonl and mission.yaml; no other folder and
 no live run is ever deleted, and symbolic links are not followed.
 
 A run folder holds all that the run was made of: `runs repeat` runs it again and says whether the

@@ -231,7 +231,7 @@ def silence_sensor(
     name: Annotated[str, typer.Argument(metavar="NAME", help="of the sensor, e.g. lidar")],
     works: Annotated[bool, typer.Option("--works", help="let it deliver again")] = False,
 ) -> None:
-    """Simulation: let a sensor deliver nothing any more.
+    """Simulation: stop the measurements of a sensor.
 
     Example: treepilot tell only silence_sensor lidar
     """

@@ -144,7 +144,7 @@ class AsyncConnection:
             CommandRefused: there is no such behaviour, a port is wrong, or the robot lacks what it
                 needs.
             NavigationError: it fails or is cancelled; `failure` says why.
-            TelemetryError: it takes longer than the timeout. It goes on.
+            TelemetryError: it takes longer than the timeout; it continues.
         """
         written = [f"{port}={_text(value)}" for port, value in {**given, **ports}.items()]
         await self._detour("behaviour", {"name": name, "ports": written}, wait, timeout)

@@ -36,7 +36,7 @@ class LaunchOptions:
         on_hangup: continue | stop | abort when the terminal is closed; empty: continue in a
             simulation, stop a real robot.
         hang_timeout: wall seconds without a step after which the engine is killed; 0: never.
-        view: show each run in rerun's viewer as it goes on.
+        view: show each run live in rerun's viewer.
         is_demo: whether the dashboard says what the robot does, and what to press.
     """
 

@@ -1,4 +1,4 @@
-"""A viewer of rerun beside a run: a process of its own. Whatever it does, the mission goes on."""
+"""A viewer of rerun beside a run: a process of its own. The mission does not depend on it."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class Supervisor:
         killed: why the supervisor killed the engine; empty if it did not.
         signalled: a signal asked for the end.
         stopping: when a signal asked for the end, monotonic; 0 before.
-        hung_up: the terminal is gone, and the mission goes on without this process.
+        hung_up: the terminal is gone, and the mission continues without this process.
     """
 
     def __init__(

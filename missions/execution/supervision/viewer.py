@@ -1,4 +1,4 @@
-"""The dashboard as a process of its own: whatever becomes of it, the supervisor goes on."""
+"""The dashboard as a process of its own: the supervisor continues without it."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import Any
 
 CERTAIN, SYMPTOM, LEAST = 0.95, 0.8, 0.25
 """Strength of a cause that the records show directly; of one that another cause may have brought
-about, such as being lost or held; and below which a cause is not told."""
+about, such as being lost or held; and below which a cause is not listed."""
 
 
 @dataclass(frozen=True, slots=True)

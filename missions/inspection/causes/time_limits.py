@@ -25,7 +25,7 @@ SPARE = 1.5
 CRUISE = "controller.cruise_speed"
 
 TOLD = 1.0
-"""Seconds from which on it is told what made the robot slower."""
+"""Seconds of loss from which on the cause of the slower speed is named."""
 
 
 def time_limit(evidence: Evidence) -> Cause | None:

@@ -14,7 +14,7 @@ from stack.errors import InputError
 from stack.telemetry.recorder import RunFolder
 
 LARGEST = 20_000_000_000
-"""Largest unpacked run, bytes: a small file may stand for an endless one."""
+"""Largest unpacked run, bytes: a small archive may unpack to an endless file."""
 
 MOST = 100_000
 """Most files of a packed run."""

@@ -1,4 +1,4 @@
-"""Shows a run in rerun's viewer: a recording that is drawn once, or a live run as it goes on."""
+"""Shows a run in rerun's viewer: a recording that is drawn once, or a live run."""
 
 from __future__ import annotations
 

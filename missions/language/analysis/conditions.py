@@ -191,7 +191,7 @@ class Verdicts:
         symbols = {**item.condition.read, **item.condition.tested}
         names = [f"${name}" for name, symbol in symbols.items() if not symbol.is_constant]
         if word in (WAIT, "event") and not value:
-            what = "this waits for ever" if word == WAIT else f"{item.owner} never fires"
+            what = "this waits forever" if word == WAIT else f"{item.owner} never fires"
             if item.of_argument:
                 sentence = f"{what}: {source} is false, and arguments do not change"
                 hint = "wait for something that changes, or use `check`"

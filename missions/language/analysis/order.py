@@ -31,7 +31,7 @@ class _Place:
         is_certain: a failed read here ends the loop before anything else of it can run.
         inputs: `in` of the trees around it -> what it is bound to.
         attempts: most attempts of the innermost retry or recover; None if not known.
-        is_limited: a `timeout` or `while` around it ends it, even if it waits for ever.
+        is_limited: a `timeout` or `while` around it ends it, even if it waits forever.
         repaired: keys that `finally` or a recovery may write after a failed run, before the next.
         meanwhile: keys that events, and other children of a parallel, may write at any time.
     """

@@ -244,7 +244,7 @@ def _ways_to_end(step: Step) -> str:
 
 
 def is_endless(step: Step) -> bool:
-    """Return whether a step is repeated for ever: no number of times, no `until` that ends it."""
+    """Return whether a step is repeated forever: no number of times, no `until` that ends it."""
     repeat, until = step.modifiers.repeat, step.modifiers.until
     if not isinstance(repeat, Constant) or repeat.value is not None:
         return False

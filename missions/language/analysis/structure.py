@@ -91,7 +91,7 @@ class StructureCheck:
             return
         if names - {"time"} or (names and not _only_grows(event.when.term)) or not (names or used):
             return
-        sentence = f"the event {event.name!r} restarts the {what} for ever: {event.when.source} "
+        sentence = f"the event {event.name!r} restarts the {what} forever: {event.when.source} "
         sentence += "stays true after the restart"
         hint = "make it false in `do`, for example with `set`, or use `then: resume`"
         self.findings.add("E169", event.when.mark or event.mark, sentence, hint)

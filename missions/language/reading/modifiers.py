@@ -132,7 +132,7 @@ class ModifierReader:
             return None
         if _is_no_count(node):
             sentence = f"retry: expected a number of attempts from 1 on, got {node.words()}"
-            hint = "write retry: 3; nothing is tried again for ever"
+            hint = "write retry: 3; endless retries are not possible"
             self.findings.add("E132", node.mark, sentence, hint)
             return None
         if not node.is_mapping:

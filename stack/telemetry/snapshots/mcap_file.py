@@ -10,8 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from stack.telemetry.lost_records import RecordFull
 from stack.telemetry.recorder import write_all
-from stack.telemetry.records import RecordFull
 from stack.telemetry.snapshots.format import (
     FORMAT,
     MAGIC,

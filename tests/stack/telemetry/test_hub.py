@@ -5,7 +5,8 @@ import pytest
 
 from stack.telemetry.event_log import event_line
 from stack.telemetry.hub import Telemetry
-from stack.telemetry.records import Ack, Command, RecordFull
+from stack.telemetry.lost_records import RecordFull
+from stack.telemetry.records import Ack, Command
 
 
 class Notes:

@@ -14,9 +14,10 @@ from mcap.stream_reader import StreamReader
 from stack.errors import InputError
 from stack.telemetry.codec import MalformedError
 from stack.telemetry.hub import SNAPSHOTS, Telemetry
+from stack.telemetry.lost_records import RecordFull
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.recording_parameters import RecordingParameters
-from stack.telemetry.records import Layer, MissionState, RecordFull
+from stack.telemetry.records import Layer, MissionState
 from stack.telemetry.snapshots import mcap_file
 from stack.telemetry.snapshots.format import BEAMS, SLOW, UNRECORDED, recorded_fields
 from stack.telemetry.snapshots.log import SnapshotLog
