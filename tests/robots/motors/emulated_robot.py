@@ -4,12 +4,17 @@
 
 The axes are on the bus `udp_multicast` at CHANNEL. The robot of the mission's world moves as they
 turn, and its lidar sends JSON datagrams to PORT on 127.0.0.1. `ready` is printed when both begin.
-When standard input is closed, it prints what happened as JSON, and ends. All of it is in real time.
+Each line of standard input is an order, a JSON object: attributes of all axes, or of one with
+`node`; `error` for them; `lidar`, whether scans are sent. After each order the seconds until both
+wheels stand are printed, and the metres that the one which goes farther rolls. `rolls` is printed
+once the robot has gone START metres. When standard input is closed, it prints what happened as
+JSON, and ends. All of it is in real time.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import select
 import socket
 import subprocess
@@ -36,6 +41,9 @@ STEP, WORLD_STEP = 0.001, 0.01
 BEHIND = 0.2
 """Seconds that a busy machine may lag; more is left out, for the axes and the world alike."""
 
+START = 0.7
+"""Metres after which the robot has its speed."""
+
 FREE = Limits(
     linear_speed=5.0, reverse_speed=5.0, angular_speed=20.0, linear_acceleration=100.0,
     linear_deceleration=100.0, angular_acceleration=400.0,
@@ -57,6 +65,7 @@ class EmulatedRobot:
         self._drive, self._send = plan.robot.drivetrain, send
         self.body = SimulatedBody(robot, plan.world, start=plan.start, seed=1)
         self.axes = [emulated_axes.EmulatedAxis(node) for node in (0, 1)]
+        self.lidar, self._rolls, self._ordered = True, False, None
 
     def step_world(self):
         """Advance the world by WORLD_STEP with the speeds of the axes; send a new scan."""
@@ -68,7 +77,35 @@ class EmulatedRobot:
         self.body.command(BodyCommand(Twist(moves.x, moves.heading)))
         self.body.wait(WORLD_STEP)
         for scan in self.body.sense().of(Scan).values():
-            self._send(datagram(scan))
+            if self.lidar:
+                self._send(datagram(scan))
+
+    def obey(self, order, now):
+        """Change the axes or the lidar; measure from now on until the wheels stand."""
+        node, error = order.pop("node", None), order.pop("error", 0)
+        self.lidar = order.pop("lidar", self.lidar)
+        for axis in self.axes:
+            if node in (None, axis.node):
+                for name, value in order.items():
+                    assert hasattr(axis, name), name
+                    setattr(axis, name, value)
+                if error:
+                    axis.fail(error)
+        self._ordered = now, [axis.position for axis in self.axes]
+
+    def news(self, now):
+        """Yield `rolls` once, and how it stood after an order."""
+        if self._ordered is None and not self._rolls and self._rolled([0.0, 0.0]) > START:
+            self._rolls = True
+            yield "rolls"
+        if self._ordered is not None and not any(axis.velocity for axis in self.axes):
+            since, places = self._ordered
+            self._ordered = None
+            yield f"{now - since:.4f} {self._rolled(places):.4f}"
+
+    def _rolled(self, places):
+        turned = [abs(axis.position - at) for axis, at in zip(self.axes, places, strict=True)]
+        return max(tau * r * t for r, t in zip(self._drive.radii, turned, strict=True))
 
     def report(self):
         """Return what happened, as JSON."""
@@ -92,6 +129,14 @@ def datagram(scan):
     ).encode()  # fmt: skip
 
 
+def read_orders():
+    """Return the orders that have come; None when standard input is closed."""
+    if not select.select([0], [], [], 0.0)[0]:
+        return []
+    lines = os.read(0, 4096).splitlines()
+    return [json.loads(line) for line in lines] or None
+
+
 def main(channel, port, mission):
     import can
 
@@ -101,8 +146,10 @@ def main(channel, port, mission):
     robot.step_world()  # loads what the first step loads
     print("ready", flush=True)
     axes_at = world_at = time.monotonic()  # noqa: TID251
-    while not select.select([0], [], [], 0.0)[0]:
+    while (orders := read_orders()) is not None:
         now = time.monotonic()  # noqa: TID251
+        for order in orders:
+            robot.obey(order, now)
         axes_at, world_at = max(axes_at, now - BEHIND), max(world_at, now - BEHIND)
         for frame in emulated_axes.received(bus):
             for axis in robot.axes:
@@ -114,6 +161,8 @@ def main(channel, port, mission):
         if world_at + WORLD_STEP <= now:
             world_at += WORLD_STEP
             robot.step_world()
+        for line in robot.news(now):
+            print(line, flush=True)
         time.sleep(STEP)  # noqa: TID251
     print(json.dumps(robot.report()), flush=True)
 
@@ -138,10 +187,22 @@ class RobotProcess:
         bus = f"interface: udp_multicast, channel: '{self.channel}', nodes: [0, 1]"
         return f"{{use: wheels, rate: 250 Hz, driver: {{use: odrive_can, {bus}}}}}"
 
+    def await_line(self, word=""):
+        """Wait for the next line that begins with a word, an answer for example; return it."""
+        while line := self.process.stdout.readline():
+            if line.startswith(word):
+                return line
+        raise AssertionError("the robot has ended")
+
+    def order(self, **values):
+        """Change the robot; from now on it is measured until it stands."""
+        self.process.stdin.write(json.dumps(values) + "\n")
+        self.process.stdin.flush()
+
     def end(self):
         """End it; what happened."""
         self.process.stdin.close()
-        report = json.loads(self.process.stdout.readline())
+        report = json.loads(self.await_line("{"))
         self.process.wait()
         return report
 
