@@ -2,9 +2,10 @@
 
     python -m tests.benchmarks.reactions [COUNT]
 
-`processes`: the command `treepilot run` drives emulated motor drives of a robot in another process,
-over CAN, on the wall clock. `clock`: the mission runs in this process on a simulated robot; the
-times are its clock's, and exact.
+`clock`: the mission runs in this process on a simulated robot; the times are its clock's, and
+exact. `rover`: `treepilot run` drives an emulated ArduRover over MAVLink, on the wall clock. A
+pilot who takes over drives himself: his row is the time until the mission is paused. `CAN`:
+`treepilot run` drives emulated motor drives of a robot in another process, on the wall clock.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time  # real processes
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from math import hypot
 from pathlib import Path
@@ -30,7 +32,9 @@ from stack.body import CLOCK, LINK, MOTOR, PILOT, BodyHealth
 from stack.types import Battery, Observation
 from tests.benchmarks.over_the_wire import ROBOTS, ROOT
 from tests.missions.execution.live_run import LiveRun
-from tests.robots.motors.emulated_robot import RobotProcess, robot_process
+from tests.missions.execution.lossy_relay import free_port
+from tests.robots.mavlink.emulated_rover import EmulatedRover, Settings
+from tests.robots.motors.emulated_robot import START, RobotProcess, robot_process
 
 DRIVE = "run: {drive_on_heading: {distance: 3 m, speed: 0.5}}\n"
 MISSION = f"""
@@ -42,6 +46,9 @@ start: dock
 localisation: dead_reckoning
 navigation: {{failsafe: {{low_battery: pause}}}}
 {DRIVE}"""
+WAITS = 60.0
+"""Wall seconds that a mission gets until its robot drives."""
+
 BEGIN = 2.0
 """Seconds of simulated time at which something goes wrong."""
 
@@ -49,7 +56,7 @@ AHEAD = 0.6
 """Metres from the start to the fence: the robot has its speed there."""
 
 
-# On the wall clock.
+# On the wall clock, over CAN.
 
 
 def _children(pid: int) -> list[int]:
@@ -102,25 +109,75 @@ def in_processes(cause: Callable[[RobotProcess, int], None]) -> tuple[float, flo
         text = text.replace("../scout", str(ROBOTS / "scout"))
         text = text.replace("port: 5610", f"port: {robot.port}")
         (folder / "robot.yaml").write_text(f"{text}body: {robot.body}\n")
-        (folder / "straight.yaml").write_text(MISSION)
-        words = ["run", str(folder / "straight.yaml"), "--headless", "--out", str(folder / "run")]
-        command = subprocess.Popen(
-            [sys.executable, "-m", "treepilot", *words], cwd=ROOT,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-        ours: list[int] = []
-        try:
+        with _command(folder) as command:
             robot.await_line("rolls")
             engine = _engine(command.pid)
-            ours = [_loop(engine), engine, command.pid]
-            cause(robot, engine)
-            seconds, metres = robot.await_line().split()
-            return float(seconds), float(metres)
-        finally:
-            for pid in ours or [command.pid]:
-                with suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
-            command.wait()
+            ours = [_loop(engine), engine]
+            try:
+                cause(robot, engine)
+                seconds, metres = robot.await_line().split()
+            finally:
+                for pid in ours:
+                    with suppress(ProcessLookupError):
+                        os.kill(pid, signal.SIGKILL)
+        return float(seconds), float(metres)
+
+
+# On the wall clock, over MAVLink.
+
+
+def on_the_rover(cause: Callable[[EmulatedRover], None], *, stands: bool) -> tuple[float, float]:
+    """Seconds and metres until the rover stands, or until the failsafe is in the log."""
+    port, rover = free_port(), EmulatedRover(Settings(refuses_arming=0))
+    thread = threading.Thread(target=rover.run, args=(port,), daemon=True)
+    with tempfile.TemporaryDirectory() as name:
+        folder, log = Path(name), Path(name) / "run" / "events.jsonl"
+        text = (ROOT / "tests/robots/mavlink/rover.yaml").read_text()
+        text = text.replace("../../../robots", str(ROBOTS))
+        body = f"body: {{use: mavlink, connect: 'udpin:127.0.0.1:{port}'}}\n"
+        (folder / "robot.yaml").write_text(text + body)
+        thread.start()
+        with _command(folder) as command:
+            _await(lambda: rover.driven > START, command)
+            began, way = time.monotonic(), rover.driven  # noqa: TID251
+            cause(rover)
+            if stands:
+                _await(lambda: abs(rover.speed) < 0.01, command)
+            else:
+                _await(lambda: '"kind":"failsafe"' in log.read_text(), command)
+            found = time.monotonic() - began, rover.driven - way  # noqa: TID251
+        rover.ended.set()
+        thread.join()
+    return found
+
+
+ROVER: dict[str, tuple[Callable[[EmulatedRover], None], bool]] = {
+    "link lost, both ways": (lambda rover: setattr(rover, "silent", True), True),
+    "pilot changes the mode": (lambda rover: rover.set_mode("MANUAL"), False),
+}
+
+
+def _await(condition: Callable[[], bool], command: subprocess.Popen[bytes]) -> None:
+    limit = time.monotonic() + WAITS  # noqa: TID251
+    while not condition():
+        assert time.monotonic() < limit and command.poll() is None, "the mission has ended"  # noqa: TID251
+        time.sleep(0.005)  # noqa: TID251
+
+
+@contextmanager
+def _command(folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """`treepilot run` of the mission with the robot file in a folder; it ends with the block."""
+    (folder / "straight.yaml").write_text(MISSION)
+    words = ["run", str(folder / "straight.yaml"), "--headless", "--out", str(folder / "run")]
+    command = subprocess.Popen(
+        [sys.executable, "-m", "treepilot", *words], cwd=ROOT,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        yield command
+    finally:
+        command.terminate()
+        command.wait()
 
 
 # On the simulated clock.
@@ -190,8 +247,10 @@ def main() -> None:
     print("| fault | where | stands after | worst | distance | worst |\n|---|---|---|---|---|---|")
     for name, (fault, settings) in SIMULATED.items():
         _row(name, "clock", [on_the_clock(fault, settings)])
+    for name, (happens, stands) in ROVER.items():
+        _row(name, "rover", [on_the_rover(happens, stands=stands) for _ in range(count)])
     for name, cause in PROCESSES.items():
-        _row(name, "processes", [in_processes(cause) for _ in range(count)])
+        _row(name, "CAN", [in_processes(cause) for _ in range(count)])
         time.sleep(0.5)  # noqa: TID251 - the ports of the last run
 
 
