@@ -35,6 +35,7 @@ class RunOptions:
         record: what to record besides events: `sensors`.
         on_lost_records: continue | stop, when a record cannot be written, e.g. on a full disk.
         forget_kept: start keys with `keep: true` from their initial values.
+        skip_preflight: start a real robot without the checks at standstill.
         identity: of the run, chosen by the process that starts it; empty: a new one.
     """
 
@@ -62,6 +63,7 @@ class RunOptions:
     record: tuple[str, ...] = ()
     on_lost_records: str = "continue"
     forget_kept: bool = False
+    skip_preflight: bool = False
     identity: str = ""
 
     def __post_init__(self) -> None:

@@ -16,13 +16,14 @@ import numpy as np
 
 from robots.declared import DIFFERS, URDF
 from robots.urdf.extent import points_of, radii_of, shapes_of
-from robots.urdf.model import Joint, RobotModel
+from robots.urdf.model import Joint, RobotModel, combined, inertial_of
 from robots.urdf.sensors import ModelledSensor, sensors_of
 from stack.documents import Node, Section
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.drivetrain import WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.geometry.polygons import distances_to_edges, points_inside
+from stack.sim.physics.engine import GRAVITY
 from stack.types import FloatArray, Pose2D
 
 LENGTH, SHARE = 0.005, 0.05
@@ -230,6 +231,7 @@ def compare_body(
             top.findings.add(DIFFERS, top.mark_of(key), sentence, origin)
     _compare_mounts(top, model, base, robot)
     _check_supports(top, model, points)
+    _check_tipping(top, model, base, robot)
 
 
 def _check_supports(top: Section, model: RobotModel, points: Mapping[str, FloatArray]) -> None:
@@ -245,6 +247,35 @@ def _check_supports(top: Section, model: RobotModel, points: Mapping[str, FloatA
         hint = "use a sphere as its <collision>, a caster without friction, or raise it by 1 cm"
         mark = (top.node.get("wheels") or top.node).mark
         top.findings.add(DIFFERS, mark, sentence, hint)
+
+
+def _check_tipping(
+    top: Section, model: RobotModel, base: FloatArray, robot: RobotDescription
+) -> None:
+    """Warn of an emergency stop that lifts the rear wheels.
+
+    They carry nothing at a deceleration of g d / h, with the centre of mass h above the floor and d
+    behind the foremost point on which the robot stands; none is beyond the footprint.
+    """
+    parts = [
+        inertial.moved(model.poses[name])
+        for name, link in model.links.items()
+        if (inertial := inertial_of(link)) is not None
+    ]
+    centre = combined(parts).centre - base
+    ahead = float(robot.footprint.points[:, 0].max()) - centre[0]
+    if centre[2] <= 0.0 or ahead <= 0.0:
+        return
+    bearable = GRAVITY * ahead / centre[2]
+    if robot.limits.stop <= bearable:
+        return
+    sentence = (
+        f"limits: a stop with {robot.limits.stop:g} m/s² tips the robot over: its centre of mass "
+        f"is {centre[2]:.2f} m high and {ahead:.2f} m behind the front of the footprint, which "
+        f"bears {bearable:.1f} m/s²"
+    )
+    hint = f"set stop_deceleration, and linear_deceleration, well below {bearable:.1f} m/s²"
+    top.findings.add(DIFFERS, (top.node.get("limits") or top.node).mark, sentence, hint)
 
 
 def _compare_mounts(

@@ -79,7 +79,7 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
 
         Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
         """
-        self._robot.drive.command(command.twist)
+        self._robot.drive.command(command.twist, command.emergency_stop)
         for name, camera in self._robot.cameras.items():
             wanted = command.capture if name == CAMERA else command.depth
             if wanted and camera.is_ready(self.time):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 
 from missions.commissioning.checks import Check, failures
 from missions.commissioning.moving import check_moving
@@ -37,13 +38,23 @@ def preflight(
     yield from check_moving(body, confirms, estop=estop)
 
 
-def require_ready(body: Body) -> None:
-    """Make the checks without motion before a mission on a real robot.
+def require_ready(body: Body, emit: Callable[..., object]) -> None:
+    """Make the checks without motion before a mission on a real robot; an event lists them.
+
+    Args:
+        body: the robot.
+        emit: called with (kind, text, level=…, checks=…).
 
     Raises:
         BodyError: checks failed; the message names them with their remedies.
     """
-    wrong = failures(check_standing(body))
+    checks = tuple(check_standing(body))
+    wrong = failures(checks)
+    words = "\n  ".join(f"{check.name}: {check.found}; {check.remedy}" for check in wrong)
+    text = (
+        f"preflight failed: {words}" if wrong else f"preflight: {len(checks)} checks, none failed"
+    )
+    listed = [asdict(check) for check in checks]
+    emit("preflight", text, level="error" if wrong else "info", checks=listed)
     if wrong:
-        lines = [f"{check.name}: {check.found}; {check.remedy}" for check in wrong]
-        raise BodyError("preflight failed: " + "\n  ".join(lines))
+        raise BodyError(f"{text}\n  a mission starts without them with --skip-preflight")

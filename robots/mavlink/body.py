@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 from typing import Any
 
@@ -29,6 +30,7 @@ from stack.body import (
 )
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError, InputError
+from stack.mavlink.signing import read_key
 from stack.sim.pace import Pace
 from stack.types import (
     STANDSTILL,
@@ -63,7 +65,8 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
         interrupted: whether the user has given up waiting.
 
     Raises:
-        InputError: the robot cannot be driven over MAVLink, or a parameter does not fit it.
+        InputError: the robot cannot be driven over MAVLink, a parameter does not fit it, or the key
+            cannot be read.
         BodyError: there is no rover, or it may not drive; names the check that failed.
     """
 
@@ -73,6 +76,8 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
         interrupted: Callable[[], bool] = lambda: False,
     ) -> None:  # fmt: skip
         _check_fit(description, parameters)
+        if parameters.key:
+            parameters = replace(parameters, key=str(_readable_key(description, parameters.key)))
         self._description, self._parameters, self._tell = description, parameters, tell
         self._interrupted = interrupted
         self._measurements = Measurements(
@@ -109,7 +114,7 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
         self._refuse_failures(("heartbeat",))
         self._found_at = monotonic()
         self._wait(lambda: bool(self._link.heard.others), SETTLE)
-        self._refuse_failures(("one rover",))
+        self._refuse_failures(("one rover", "signature"))
 
     def _take_control(self) -> None:
         """Wait until all checks pass; ask for the mode and to be armed once the others do.
@@ -287,6 +292,18 @@ def _check_fit(robot: RobotDescription, parameters: MavlinkParameters) -> None:
                 f"body mavlink: rangefinders: the robot has no sonar {name!r}",
                 f"its sonars: {', '.join(robot.sonars) or 'none'}",
             )
+
+
+def _readable_key(robot: RobotDescription, name: str) -> Path:
+    """Return the absolute path of a key; a relative one is beside the robot file.
+
+    Raises:
+        InputError: it cannot be read, others can read it, or it holds no key.
+    """
+    beside = Path() if robot.source is None else robot.source.parent
+    path = (beside / Path(name).expanduser()).absolute()
+    read_key(path)
+    return path
 
 
 def _shifted(measured: Any, began: float, now: float) -> Any:

@@ -88,6 +88,17 @@ def _alone(subject: Subject, rover: Rover) -> Check:
     return Check("one rover", True, f"system {rover.system}")
 
 
+def _signature(subject: Subject, rover: Rover) -> Check:
+    if subject.parameters.key:
+        return Check("signature", True, "the key of the body")
+    if rover.signs:
+        return Check(
+            "signature", False, "the rover signs its frames and refuses ours",
+            "set `key` of the body to the file with its key",
+        )  # fmt: skip
+    return Check("signature", True, "none: everybody who reaches the address can drive the rover")
+
+
 def _odometry(subject: Subject, rover: Rover) -> Check:
     measurements = subject.measurements
     heard, needs = measurements.odometry.heard, measurements.source
@@ -156,7 +167,7 @@ def _words(heard: Hearing) -> str:
 
 
 _CHECKS: tuple[Callable[[Subject, Rover], Check], ...] = (
-    _heartbeat, _alone, _odometry, _battery, _watchdog, _mode, _armed,
+    _heartbeat, _alone, _signature, _odometry, _battery, _watchdog, _mode, _armed,
 )  # fmt: skip
 
 LAST = ("mode", "armed")

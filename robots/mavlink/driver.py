@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 from typing import Any
 
@@ -18,6 +19,7 @@ from robots.mavlink.parameters import MavlinkParameters
 from robots.mavlink.rover_link import Order, Phase, RoverLink
 from stack.fast_loop.driver import Driver, DriverCommand, DriverFeedback, DriverSetup
 from stack.mavlink.address import read_address
+from stack.mavlink.signing import Signing, read_key, signed_codecs, stamp_file
 
 WANTED = (
     (30, 20.0),  # ATTITUDE
@@ -51,9 +53,11 @@ class MavlinkDriver(Driver):
     def __init__(self, setup: DriverSetup, parameters: Any) -> None:
         super().__init__(setup, parameters)
         p: MavlinkParameters = parameters
+        self._signing = _signing(Path(p.key)) if p.key else None
         self.link = RoverLink(
-            read_address(p.connect), own_system=p.own_system, system=p.system,
+            read_address(p.connect, signed=bool(p.key)), own_system=p.own_system, system=p.system,
             autopilot=p.autopilot, wanted=WANTED, origin=p.origin, now=monotonic(),
+            make_codec=None if self._signing is None else signed_codecs(self._signing),
         )  # fmt: skip
         self._engagement = 0
         self._estimate: SentEstimate | None = None
@@ -93,12 +97,19 @@ class MavlinkDriver(Driver):
                 break
             sleep(POLL)
         self.link.close()
+        if self._signing is not None:
+            self._signing.close()
 
     def _message(self, dialect: Any, now: float) -> Any | None:
         estimate = self._estimate
         return (
             None if estimate is None else estimate.message(self.parameters.estimate, dialect, now)
         )
+
+
+def _signing(key: Path) -> Signing:
+    """Signatures of this side; its stamps are its own, though the rover may use the same file."""
+    return Signing(read_key(key), store=stamp_file(key.with_name(f"{key.name}.body")))
 
 
 def packed_frames(messages: Iterable[tuple[float, Any]]) -> bytes:

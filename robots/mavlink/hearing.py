@@ -17,6 +17,9 @@ AUTOPILOT_COMPONENT = 1
 ARMED = 0x80
 """MAV_MODE_FLAG_SAFETY_ARMED."""
 
+SIGNED = 0x01
+"""MAVLINK_IFLAG_SIGNED."""
+
 KEPT_TEXTS = 20
 
 LONGEST_TRIP = 5.0
@@ -38,6 +41,7 @@ class Rover:
         heard: when its newest message came, seconds.
         beat: when its newest heartbeat came.
         speed: over ground, m/s.
+        signs: whether its frames are signed.
     """
 
     system: int
@@ -47,6 +51,7 @@ class Rover:
     heard: float = 0.0
     beat: float = 0.0
     speed: float = 0.0
+    signs: bool = False
 
 
 @dataclass
@@ -147,6 +152,7 @@ class Hearing:
             return
         rover.mode, rover.beat = autopilot.mode_of(message), item.at
         rover.armed = bool(message.base_mode & ARMED)
+        rover.signs = bool(message.get_header().incompat_flags & SIGNED)
 
     def _status_text(self, item: Received, _: Rover) -> None:
         text = self._texts.add(item.message)

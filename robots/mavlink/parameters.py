@@ -17,6 +17,11 @@ class MavlinkParameters:
         "udpin:127.0.0.1:14550", public=True,
         help="address: udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD",
     )  # fmt: skip
+    key: str = parameter(
+        "", public=True,
+        help="file of the key with which all frames are signed, beside the robot file; others are "
+        "refused then; `treepilot keys mavlink` makes one",
+    )  # fmt: skip
     autopilot: str = parameter(
         "auto", one_of=("auto", "ardupilot", "px4"), public=True,
         help="kind of autopilot; auto: as its heartbeat says",
@@ -64,7 +69,7 @@ class MavlinkParameters:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
-        read_address(self.connect)
+        read_address(self.connect, signed=bool(self.key))
         object.__setattr__(self, "rangefinders", tuple(self.rangefinders))  # files give lists
         object.__setattr__(self, "origin", tuple(self.origin))
         if self.origin and (

@@ -18,7 +18,7 @@ from robots.mavlink.hearing import AUTOPILOT_COMPONENT, Hearing, Rover
 from robots.mavlink.requests import Requests
 from stack.mavlink.address import MavlinkAddress
 from stack.mavlink.frames import frd_twist
-from stack.mavlink.link import Link, Received, opening_problem
+from stack.mavlink.link import Link, MakeCodec, Received, opening_problem
 
 COMPONENT = 191
 """Our component: MAV_COMP_ID_ONBOARD_COMPUTER."""
@@ -96,6 +96,7 @@ class RoverLink:
         wanted: (message id, Hz) that the rover is asked to send.
         origin: latitude and longitude, degrees, that the rover is told as its origin; or empty.
         now: seconds of the clock that `cycle` gets.
+        make_codec: of signed frames; None: they are not signed.
         open_link: for tests.
 
     Attributes:
@@ -107,11 +108,11 @@ class RoverLink:
     def __init__(  # noqa: PLR0913 - all but the first are set by name
         self, address: MavlinkAddress, *, own_system: int, system: int = 0,
         autopilot: str = "auto", wanted: tuple[tuple[int, float], ...] = (),
-        origin: tuple[float, ...] = (), now: float = 0.0,
+        origin: tuple[float, ...] = (), now: float = 0.0, make_codec: MakeCodec | None = None,
         open_link: Callable[..., Link] = Link,
     ) -> None:  # fmt: skip
         self.address = address
-        self._own, self._open_link = own_system, open_link
+        self._own, self._open_link, self._make_codec = own_system, open_link, make_codec
         self._link: Link | None = None
         self._opening_problem, self._next_opening = "", now
         self.phase, self._reason = Phase.SEARCHING, ""
@@ -143,7 +144,9 @@ class RoverLink:
         if self._link is None:
             return self._opening_problem or f"MAVLink address {self.address}: not open"
         if self.phase is Phase.SEARCHING:
-            return f"no heartbeat of a rover on {self.address}"
+            refused = self._link.counters.refused if self._make_codec is not None else 0
+            why = f"; {refused} frames were not signed with the key of the body" if refused else ""
+            return f"no heartbeat of a rover on {self.address}{why}"
         if self.phase is Phase.ENGAGING and self._now - self._engaged_since > ENGAGING_TIME:
             return self._waiting_for
         shown = (Phase.TAKEN_OVER, Phase.LOST, Phase.STANDING_BY)
@@ -201,7 +204,9 @@ class RoverLink:
             return False
         self._next_opening = now + REOPEN_PERIOD
         try:
-            self._link = self._open_link(self.address, system=self._own, component=COMPONENT)
+            self._link = self._open_link(
+                self.address, system=self._own, component=COMPONENT, make_codec=self._make_codec
+            )
         except OSError as error:
             self._opening_problem = opening_problem(self.address, error)
             return False

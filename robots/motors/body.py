@@ -117,7 +117,7 @@ class WheelsBody(Body, FastLoopBody, Engageable):
         return Observation(time, measured)
 
     def command(self, command: BodyCommand) -> None:
-        """Hand over the velocity; the loop limits it, and stops without a new one for 0.3 s."""
+        """Hand over the velocity; the loop limits it, and stops without new ones."""
         if command.emergency_stop != self._is_stopped:
             self._is_stopped = command.emergency_stop
             (self.loop.emergency_stop if self._is_stopped else self.loop.release)()

@@ -35,6 +35,7 @@ from stack.drivetrain.wheel_loop import (
     LATERAL,
     LATERAL_SPEED,
     LEVEL,
+    LEVER,
     LINEAR,
     LINEAR_JERK,
     LINEAR_SPEED,
@@ -61,6 +62,7 @@ from stack.drivetrain.wheel_loop import (
     STEERING_RATE,
     STOOD,
     STOP,
+    STOP_DECELERATION,
     STOPPING,
     TORQUE_OFF,
     TRACK,
@@ -87,11 +89,12 @@ def cycle(plan, state):  # type: ignore[no-untyped-def]
         state: of `loop_state`.
     """
     level = _level(plan, state)
-    linear, angular, lateral = 0.0, 0.0, 0.0
     if level == DRIVING:
         state[STOOD] = 0.0
         linear, angular, lateral = _feasible(plan, state)
-    _advance_setpoint(plan, state, linear, angular, lateral)
+        _advance_setpoint(plan, state, linear, angular, lateral)
+    else:
+        _stop(plan, state)
     if state[RELEASE] != 0.0 or (level == STOPPING and _is_done(plan, state)):
         level = OFF
         state[LINEAR] = state[ANGULAR] = state[LATERAL] = 0.0
@@ -106,9 +109,32 @@ def _level(plan, state):  # type: ignore[no-untyped-def]
     if state[STOP] != 0.0 or state[RELEASE] != 0.0:
         return STOPPING
     # Times are counted in cycles: half of one is nearer to this cycle than to the next.
-    if state[SILENCE] > plan[DEAD_MAN] + state[PERIOD] / 2.0:
+    silence, limit = state[SILENCE] - state[PERIOD] / 2.0, plan[DEAD_MAN]
+    if silence <= limit / 2.0:
+        return DRIVING
+    # Once it has begun it goes on: while it stops, what it needs falls as fast as what is left.
+    if state[LEVEL] == STOPPING or silence + _stop_time(plan, state) > limit:
         return STOPPING
     return DRIVING
+
+
+@njit(cache=True, nogil=True)
+def _stop_time(plan, state):  # type: ignore[no-untyped-def]
+    """Seconds until it stands, if the fastest wheel slows down at STOP_DECELERATION."""
+    speed = sqrt(state[LINEAR] * state[LINEAR] + state[LATERAL] * state[LATERAL])
+    return (speed + plan[LEVER] * abs(state[ANGULAR])) / plan[STOP_DECELERATION]
+
+
+@njit(cache=True, nogil=True)
+def _stop(plan, state):  # type: ignore[no-untyped-def]
+    """Slow down along the path that it drives, whatever the limits of jerk."""
+    left, period = _stop_time(plan, state), state[PERIOD]
+    share = 1.0 - period / left if left > period else 0.0
+    state[LINEAR] *= share
+    state[ANGULAR] *= share
+    state[LATERAL] *= share
+    state[ACCELERATION : ACCELERATION + 3] = 0.0
+    state[CHANGED] = 1.0 if left > 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True)

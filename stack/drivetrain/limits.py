@@ -10,6 +10,10 @@ import numpy as np
 from stack.parameters import parameter
 from stack.types import FloatArray, Twist
 
+STOP_DECELERATION = 3.0
+"""m/s² that wheels hold without sliding: µ g, times the share of the weight on the driven wheels,
+with µ = 0.6 of rubber on a dry hard floor and half of the weight."""
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -23,6 +27,11 @@ class Limits:
     angular_speed: float = parameter(1.8, "rad/s", above=0.0, help="maximum turning speed")
     linear_acceleration: float = parameter(1.0, "m/s²", above=0.0, help="speeding up")
     linear_deceleration: float = parameter(1.5, "m/s²", above=0.0, help="slowing down")
+    stop_deceleration: float = parameter(
+        STOP_DECELERATION, "m/s²", above=0.0,
+        help="of the fastest wheel in an emergency stop and without commands; at least "
+        "linear_deceleration",
+    )  # fmt: skip
     angular_acceleration: float = parameter(
         3.2, "rad/s²", above=0.0, help="turning, in both directions"
     )
@@ -32,6 +41,11 @@ class Limits:
     angular_jerk: float = parameter(
         0.0, "rad/s³", at_least=0.0, help="change of the acceleration in turning; 0: no limit"
     )
+
+    @property
+    def stop(self) -> float:
+        """Deceleration of an emergency stop, m/s²: no stop is softer than usual braking."""
+        return max(self.stop_deceleration, self.linear_deceleration)
 
     def clipped(self, twist: Twist) -> Twist:
         """Clip each component of a twist to its maximum speed."""

@@ -9,7 +9,7 @@ the fast loop hands the state to the brain as it is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import hypot, inf
 
 import numpy as np
 
@@ -22,18 +22,20 @@ from stack.types import FloatArray
 WHEELS, SIDEWAYS, STEERED, DIVISOR = 0, 1, 2, 3
 """Number of driven wheels; whether it moves sideways, is steered; as of `WheelLaw`."""
 LIMITS = 4
-"""The fields of `Limits`, in order."""
+"""The fields of `Limits`, in order, but for `stop_deceleration`."""
 LINEAR_SPEED, REVERSE_SPEED, LATERAL_SPEED, ANGULAR_SPEED = 4, 5, 6, 7
 RISE, FALL, TURN, LINEAR_JERK, ANGULAR_JERK = 8, 9, 10, 11, 12
 STEERING_LAW = 13
 """`WheelLaw.steering`."""
 WHEELBASE, TRACK, HALF_STEERED, RADIUS, MOST_STEERING, STEERING_RATE, TURNING_RADIUS = range(13, 20)
 DEAD_MAN, TORQUE_OFF = 20, 21
-"""Seconds without a command after which it stops, and after which standing wheels are released."""
+"""Seconds without a command after which it stands, and after which standing wheels are released."""
 GAINS = 22
 """The fields of `WheelGains`, in order."""
 P_GAIN, I_GAIN, D_GAIN, SPEED_GAIN, FRICTION, MOST_EFFORT = range(22, 28)
-ROWS = 28
+STOP_DECELERATION, LEVER = 28, 29
+"""Of the fastest wheel in a stop, m/s²; metres per radian by which turning moves it; 0: steered."""
+ROWS = 30
 """`WheelLaw.rows`, three numbers for each wheel."""
 
 # Of the state: inputs.
@@ -64,7 +66,7 @@ REST, HOLDS = 0.01, 0.5
 held before they are released."""
 
 DRIVING, STOPPING, OFF = 0, 1, 2
-"""Levels: commands are obeyed; it slows down within its limits; no torque."""
+"""Levels: commands are obeyed; it stops; no torque."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,8 @@ def loop_plan(
 
     Args:
         drivetrain: with its limits.
-        dead_man: seconds without a command after which it stops within its limits.
+        dead_man: seconds without a command after which it stands. It begins to stop when it must
+            for that, but not before half of them: a fast robot then stands later.
         torque_off: seconds without a command after which wheels that stand are released.
         gains: of the wheels.
     """
@@ -115,7 +118,10 @@ def plan_of(
     )  # fmt: skip
     plan[STEERING_LAW : STEERING_LAW + len(law.steering)] = law.steering
     plan[DEAD_MAN], plan[TORQUE_OFF] = dead_man, torque_off
-    plan[GAINS:ROWS] = gains.p, gains.i, gains.d, gains.speed, gains.friction, gains.most
+    plan[GAINS : GAINS + 6] = gains.p, gains.i, gains.d, gains.speed, gains.friction, gains.most
+    plan[STOP_DECELERATION] = limits.stop
+    if not law.steering:
+        plan[LEVER] = max(abs(turn) / hypot(ahead, aside) for ahead, aside, turn in law.rows)
     plan[ROWS:] = np.ravel(law.rows)
     return plan
 

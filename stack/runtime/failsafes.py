@@ -13,6 +13,13 @@ from stack.geometry.polygons import points_inside
 from stack.runtime.failsafe_parameters import NONE, WARN, FailsafeParameters
 from stack.types import Perceived
 
+RECOVERED = 0.05
+"""Charge above a limit with which a low battery is over: without load its voltage rises."""
+
+LATE_FOR = 10.0
+"""Seconds in which less than half of `late_share` must be late until that is over: the load of a
+machine comes in bursts, and of 40 steps that are late with a chance of 20 %, 8 ± 2.5 are."""
+
 
 @dataclass(frozen=True, slots=True)
 class Condition:
@@ -70,6 +77,7 @@ class Failsafes:
         self._emit = emit
         self._begun: dict[tuple[str, str], float] = {}
         self._lost_since: float | None = None
+        self._late_at = 0.0
 
     def configure(self, parameters: FailsafeParameters) -> None:
         """Apply new parameters."""
@@ -109,9 +117,9 @@ class Failsafes:
         if health.problem:
             yield Condition(health.fault, health.problem, health.problem)
         charge = perceived.battery.charge
-        if charge < settings.critical_charge:
+        if charge < self._limit("critical_battery", settings.critical_charge, RECOVERED):
             yield Condition("critical_battery", f"the battery is nearly empty: {charge:.0%}")
-        elif charge < settings.low_charge:
+        elif charge < self._limit("low_battery", settings.low_charge, RECOVERED):
             yield Condition("low_battery", f"the battery is low: {charge:.0%}")
         lost = self._lost_for(perceived)
         if lost > settings.lost_time:
@@ -124,10 +132,22 @@ class Failsafes:
         if settings.fence and not self._is_inside(perceived):
             pose = perceived.estimate.pose
             yield Condition("geofence", f"({pose.x:.2f}, {pose.y:.2f}) is outside the fence")
-        if given.late_share > settings.late_share:
+        if self._is_late(given.late_share, perceived.time):
             yield Condition(
                 "late", f"{given.late_share:.0%} of the control steps exceed their period"
             )
+
+    def _limit(self, name: str, limit: float, band: float) -> float:
+        """The limit at which a condition begins; moved by `band` while it stands."""
+        return limit + band if (name, "") in self._begun else limit
+
+    def _is_late(self, share: float, time: float) -> bool:
+        """Whether too many steps are late, or were within LATE_FOR."""
+        limit = self.parameters.late_share
+        if share > self._limit("late", limit, -limit / 2.0):
+            self._late_at = time
+            return True
+        return ("late", "") in self._begun and time - self._late_at < LATE_FOR
 
     def _lost_for(self, perceived: Perceived) -> float:
         """Seconds for which the pose has been lost."""

@@ -13,7 +13,7 @@ class LoopParameters:
     """Rates and memory of the step loop. The rate of the tree must divide the control rate."""
 
     control_rate: float = parameter(
-        20.0, "Hz", at_least=5.0, at_most=200.0, public=True,
+        20.0, "Hz", at_least=10.0, at_most=200.0, public=True,
         help="control steps per second: sense, estimate, navigate, limit and drive",
     )  # fmt: skip
     tree_rate: float = parameter(

@@ -24,6 +24,7 @@ from stack.drivetrain.wheel_loop import (
     SPEEDS,
     STEERING,
     STEERING_ANGLES,
+    STOP,
     WheelGains,
     block,
     loop_plan,
@@ -48,24 +49,33 @@ class WheelController:
         self._drivetrain, self._period = drivetrain, period
         self.controls_torques = gains != NO_GAINS
         self._dead_man_steps = round(DEAD_MAN / period)
+        self._quiet_steps = self._dead_man_steps // 2
         self._plan = loop_plan(drivetrain, DEAD_MAN, inf, gains)
         self._state = loop_state(self._plan, period)
         self._speeds, self._efforts = block(self._state, SPEEDS), block(self._state, EFFORTS)
         self._measured = block(self._state, MEASURED_SPEEDS)
         self._command = STANDSTILL
         self._steps_since_command = self._dead_man_steps
-        self._settled = True
+        self._settled, self._is_stopped = True, False
 
     @staticmethod
     def kernels() -> KernelTypes:
         """Compiled functions of `advance`."""
         return CYCLE
 
-    def command(self, twist: Twist) -> None:
-        """Set the target velocity; the loop limits it to what the drive can do."""
-        if twist != self._command or self._steps_since_command > self._dead_man_steps:
+    def command(self, twist: Twist, emergency_stop: bool = False) -> None:
+        """Set the target velocity; the loop limits it to what the drive can do.
+
+        Args:
+            twist: base frame.
+            emergency_stop: whether to stop at once instead.
+        """
+        self._state[STOP] = emergency_stop
+        if twist != self._command or self._steps_since_command > self._quiet_steps:
             self._command, self._settled = twist, False
             self._state[COMMAND : COMMAND + 3] = twist.linear, twist.angular, twist.lateral
+        if emergency_stop != self._is_stopped:
+            self._is_stopped, self._settled = emergency_stop, False
         self._steps_since_command = 0
 
     def halt(self) -> None:
@@ -91,7 +101,7 @@ class WheelController:
     def advance(self) -> bool:
         """Advance by one physics step; return whether wheel speeds or steering changed."""
         self._steps_since_command += 1
-        if self._steps_since_command == self._dead_man_steps + 1:
+        if self._quiet_steps < self._steps_since_command <= self._dead_man_steps + 1:
             self._settled = False
         if self._settled:
             return False
@@ -102,11 +112,9 @@ class WheelController:
 
     def skip(self, steps: int) -> bool:
         """Advance by `steps` physics steps if nothing changes in them; return whether it did."""
-        if (
-            self.controls_torques
-            or not self._settled
-            or self._steps_since_command + steps > self._dead_man_steps
-        ):
+        is_quiet = self._steps_since_command + steps <= self._quiet_steps
+        has_stopped = self._steps_since_command > self._dead_man_steps
+        if self.controls_torques or not self._settled or not (is_quiet or has_stopped):
             return False
         self._steps_since_command += steps
         return True

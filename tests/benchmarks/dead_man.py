@@ -23,16 +23,16 @@ from statistics import median
 from typing import Any
 
 from stack.drivetrain.differential import Wheels
-from stack.drivetrain.limits import Limits
+from stack.drivetrain.limits import STOP_DECELERATION, Limits
 from stack.drivetrain.wheel_loop import loop_plan
 from stack.fast_loop.driver import GROUP, DriverCommand, DriverFeedback
 from stack.fast_loop.emulated import Emulated
 from stack.types import Twist
 
-SPEED, PERIOD, COMMANDS = 0.8, 0.05, 12
+SPEED, PERIOD, COMMANDS = 0.5, 0.05, 12
 """Of the robot, m/s; of the brain's commands, s, and how many make sure that it drives."""
-SCOUT, STIFF = 1.5, 40.0
-"""Decelerations, m/s²: of the robot scout, and one that stops the wheels in 0.02 s."""
+SCOUT, STIFF = STOP_DECELERATION, 40.0
+"""`stop_deceleration`, m/s²: of the robot scout, and one that stops the wheels in 0.0125 s."""
 LAG = "1 ms"
 WAITS = 120.0
 """Wall seconds: longest wait for another process."""
@@ -147,9 +147,7 @@ def brain(deceleration: float) -> None:
     """Drive until this process is killed."""
     from stack.fast_loop.client import FastLoop, LoopSetup
 
-    limits = Limits(
-        linear_speed=SPEED, linear_acceleration=deceleration, linear_deceleration=deceleration
-    )
+    limits = Limits(linear_speed=SPEED, linear_acceleration=4.0, stop_deceleration=deceleration)
     plan = loop_plan(Wheels(("l",), ("r",), 0.1, 0.4).drivetrain(limits), 0.3, 2.0)
     loop = FastLoop(LoopSetup(plan, "stamped", {"lag": LAG}, 1000.0))
     stamps = os.open(Path(os.environ["DEAD_MAN"]) / "brain", os.O_WRONLY | os.O_CREAT)

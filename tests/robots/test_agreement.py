@@ -20,11 +20,14 @@ def ball(radius):
     return f'<collision><geometry><sphere radius="{radius}"/></geometry></collision>'
 
 
-def urdf(*, apart=0.3, radius=0.05, at=(0.0, 0.0, 0.0), lift=0.0, shape="sphere", more=""):
+def urdf(
+    *, apart=0.3, radius=0.05, at=(0.0, 0.0, 0.0), lift=0.0, shape="sphere", more="", centre=0.1
+):
     """A box on two wheels; `at`: the middle of the axle on the floor, in the root's frame."""
     x, y, z = at
+    placed = INERTIAL.replace("<mass", f'<origin xyz="{x} {y} {z + centre}"/><mass')
     text = [
-        f'<robot name="r"><link name="base">{INERTIAL}<collision>'
+        f'<robot name="r"><link name="base">{placed}<collision>'
         f'<origin xyz="{x} {y} {z + 0.1}"/><geometry><box size="0.3 0.2 0.1"/></geometry>'
         "</collision></link>"
     ]
@@ -313,3 +316,22 @@ def test_a_steering_axis_that_points_down_is_reversed_with_its_limits(read):
     text = read(car(upright="0 0 -1"), CAR).model
     assert text.count('<axis xyz="0.0 0.0 1.0"/>') == 2
     assert 'lower="-0.9" upper="0.8"' in text
+
+
+def test_a_stop_that_tips_the_robot_over_is_a_warning(read):
+    """Three bodies of 1 kg, one 0.9 m up: the centre is (0.9 + 2 * 0.05) / 3 = 0.333 m high.
+
+    It is 0.2 m behind the front of the footprint: g * 0.2 / 0.333 = 5.9 m/s².
+    """
+    square = "footprint: [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]]"
+    robot = ROBOT.replace("footprint: {radius: 20 cm}", square)
+
+    def tips(limits):
+        found = read(urdf(centre=0.9), f"{robot}limits: {{{limits}}}\n").warnings
+        return [item.sentence for item in found if "tips" in item.sentence]
+
+    assert tips("stop_deceleration: 5.8") == []
+    (sentence,) = tips("stop_deceleration: 6")
+    assert "centre of mass is 0.33 m high and 0.20 m behind the front" in sentence
+    assert sentence.endswith("bears 5.9 m/s²")
+    assert len(tips("linear_deceleration: 6")) == 1  # a stop is never softer

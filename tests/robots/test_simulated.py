@@ -64,12 +64,12 @@ def test_without_commands_it_stops(build):
     body = build()
     drive(body, Twist(0.5), 2.0)
     begin = body.truth.pose.x
-    body.wait(0.25)
+    body.wait(0.1)  # it begins 0.15 s after the last command, which came 0.05 s ago
     assert body.truth.twist.linear == pytest.approx(0.5, rel=0.01)
     body.wait(1.0)
     assert abs(body.truth.twist.linear) < 1e-3
-    # The last command came one period of 0.05 s ago: 0.25 s more at 0.5 m/s, then braking.
-    assert body.truth.pose.x - begin == pytest.approx(0.5 * 0.25 + 0.0833, abs=0.005)
+    # 0.1 s at 0.5 m/s, then 0.5^2 / (2 * 3)
+    assert body.truth.pose.x - begin == pytest.approx(0.5 * 0.1 + 0.0417, abs=0.005)
 
 
 def test_odometry_follows_the_truth_within_its_errors(build):

@@ -197,6 +197,13 @@ def run(  # noqa: PLR0913 - each is an option of the command
             help="end a run that makes no step for so long, e.g. in an endless loop; 0: never",
         ),
     ] = 60.0,
+    skip_preflight: Annotated[
+        bool,
+        typer.Option(
+            "--skip-preflight",
+            help="start a real robot without the checks at standstill; an event records it",
+        ),
+    ] = False,
     forget_kept: Annotated[
         bool,
         typer.Option(
@@ -233,6 +240,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         body=body, replay=replay,
         record=tuple(item.value for item in record or ()),
         on_lost_records=on_lost_records.value, forget_kept=forget_kept,
+        skip_preflight=skip_preflight,
     )  # fmt: skip
     launched = LaunchOptions(
         tuple(missions), options, headless=without_dashboard, json=json, speed=speed,

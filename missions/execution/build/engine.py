@@ -134,7 +134,7 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
     setup = BodySetup(
         plan.robot, plan.world, plan.start, options.seed, options.speed, tell, interrupted
     )
-    body = _body(plan, options, setup, make_body)
+    body = _body(plan, options, setup, make_body, emitter(telemetry, "body"))
     announce_warnings(plan, telemetry)
     loop, emit = plan.choices["loop"].parameters, emitter(telemetry, "navigation")
     grid = map_of(plan)
@@ -258,8 +258,9 @@ def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:
 
 
 def _body(
-    plan: PreparedMission, options: RunOptions, setup: BodySetup, make_body: MakeBody | None
-) -> Body:
+    plan: PreparedMission, options: RunOptions, setup: BodySetup, make_body: MakeBody | None,
+    emit: Emit,
+) -> Body:  # fmt: skip
     """Return the body; a real one has passed the preflight checks without motion.
 
     Raises:
@@ -269,9 +270,11 @@ def _body(
         replay = plan.mission.replay if options.replay is None else None
         return playing(plan.recording.play(), 0.0 if replay is None else replay.after)(setup)
     body = (make_body or chosen_body(plan.robot, options.body))(setup)
-    if body.is_real_time:
+    if body.is_real_time and options.skip_preflight:
+        emit("preflight", "preflight skipped (--skip-preflight)", level="warning", checks=[])
+    elif body.is_real_time:
         try:
-            require_ready(body)
+            require_ready(body, emit)
         except BodyError:
             body.close()
             raise

@@ -1,6 +1,8 @@
 """Preflight checks: what is wrong is found and named, and nothing else is."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from math import pi
 
@@ -123,7 +125,36 @@ def test_a_mission_on_a_real_robot_begins_with_the_checks(tmp_path):
     with pytest.raises(BodyError, match="preflight failed: lidar rate: silent"):
         treepilot.run(mission, body=lambda _: refused)
     sound = Altered(simulated(), lambda _, measured: measured, real_time=True)
-    assert treepilot.run(mission, body=lambda _: sound).status == "success"
+    assert treepilot.run(mission, body=lambda _: sound, out=tmp_path / "run").status == "success"
+    (event,) = preflight_events(tmp_path / "run")
+    assert event["text"] == f"preflight: {len(event['fields']['checks'])} checks, none failed"
+    assert {"lidar rate", "battery"} <= {check["name"] for check in event["fields"]["checks"]}
+
+
+def preflight_events(folder):
+    lines = (folder / "events.jsonl").read_text().splitlines()
+    return [event for event in map(json.loads, lines) if event["kind"] == "preflight"]
+
+
+def test_a_failed_check_is_in_the_log_and_may_be_skipped(tmp_path):
+    """Commands as a user gives them, on wheels that are emulated, with a lidar that is silent."""
+    mission = tmp_path / "stand.yaml"
+    mission.write_text(
+        "mission: stand\nformat: 1\nrobot: scout\nworld: small_room\n"
+        "localisation: dead_reckoning\nrun: {wait: 0.2 s}\n"
+    )
+    words = [sys.executable, "-m", "treepilot", "run", mission, "--body", "wheels", "--headless"]
+    refused = subprocess.run([*words, "--out", tmp_path / "a"], capture_output=True, text=True)
+    assert refused.returncode == 3
+    assert "preflight failed: lidar rate: silent for 3.0 s" in refused.stderr
+    assert "--skip-preflight" in refused.stderr
+    (event,) = preflight_events(tmp_path / "a")
+    failed = {c["name"] for c in event["fields"]["checks"] if c["outcome"] == "failed"}
+    assert event["level"] == "error" and {"lidar rate", "imu rate"} <= failed
+    skips = [*words, "--out", tmp_path / "b", "--skip-preflight"]
+    assert subprocess.run(skips, capture_output=True).returncode == 0
+    (event,) = preflight_events(tmp_path / "b")
+    assert event["text"] == "preflight skipped (--skip-preflight)"
 
 
 def test_the_command_lists_the_checks_and_exits_with_1_when_one_fails():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from stack.body import CLOCK, FAST_LOOP, LINK, MOTOR, PILOT, BodyHealth
 from stack.errors import ParameterError
 from stack.parameters import build
 from stack.runtime.failsafe_parameters import ACTIONS, FailsafeParameters
+from stack.runtime.failsafes import FailsafeInput, Failsafes
 from stack.telemetry.records import MissionState
 from stack.types import Battery, Imu
 from tests.missions.execution.live_run import HEAD, PERIOD, LiveRun
@@ -152,6 +155,35 @@ def test_late_steps_of_a_real_robot_are_a_fault_and_of_a_simulation_not(live):
         stages.stage("step").recent.extend([2.0 * stages.budget] * 100)
         run.steps(3)
         assert bool(run.texts("failsafe")) is real_time
+
+
+def told(inputs, **settings):
+    """The events of failsafes that get an input in each step of 0.1 s."""
+    events = []
+    failsafes = Failsafes(
+        build(FailsafeParameters, settings), lambda kind, text, **_: events.append(kind)
+    )
+    for number, (charge, late) in enumerate(inputs):
+        perceived = SimpleNamespace(
+            time=0.1 * number, battery=Battery(charge), estimate=SimpleNamespace(is_lost=False)
+        )
+        failsafes.update(FailsafeInput(perceived, BodyHealth(), {}, late_share=late))
+    return events
+
+
+def test_bursts_of_late_steps_are_one_fault_until_it_is_quiet_for_ten_seconds():
+    bursts = [0.3 if number // 10 % 4 == 0 else 0.0 for number in range(600)]  # 1 s in every 4
+    assert told((1.0, late) for late in bursts) == ["failsafe"]
+    assert told((1.0, late) for late in [*bursts, *[0.0] * 101]) == ["failsafe", "failsafe_end"]
+    around = [0.2 + (0.05 if number % 2 else -0.05) for number in range(600)]
+    assert told((1.0, late) for late in around) == ["failsafe"]
+    assert told((1.0, 0.15) for _ in range(600)) == []
+
+
+def test_a_battery_whose_voltage_rises_without_load_is_low_once():
+    sags = [0.19 if number % 20 < 10 else 0.23 for number in range(200)]
+    assert told((charge, 0.0) for charge in sags) == ["failsafe"]
+    assert told((charge, 0.0) for charge in [*sags, 0.26]) == ["failsafe", "failsafe_end"]
 
 
 def test_a_fault_of_the_robot_itself_always_holds_it():

@@ -39,7 +39,7 @@ def test_the_rates_of_control_and_tree_are_settings(live):
          "25 Hz; choose a rate that does"),
         ("{control_rate: 30}", "4:35 error[E111] the control period 0.0333333 s is not "
          "a multiple of the physics period 0.002 s"),
-        ("{control_rate: 2}", "4:35 error[E111] control_rate: 2 Hz must be at least 5 Hz"),
+        ("{control_rate: 2}", "4:35 error[E111] control_rate: 2 Hz must be at least 10 Hz"),
     ],
 )  # fmt: skip
 def test_rates_that_do_not_fit_are_found_where_they_stand(tmp_path, loop, sentence):

@@ -47,7 +47,7 @@ def test_a_missions_components_are_listed_and_described(mission, tmp_path):
 
 def test_the_settings_of_fixed_parts_are_described():
     text = description_of("loop", installed())
-    assert "control_rate" in text and "default 20 Hz" in text and ">= 5 and <= 200" in text
+    assert "control_rate" in text and "default 20 Hz" in text and ">= 10 and <= 200" in text
     assert "pose_history" not in text and "parameters for experts: 1, shown by --expert" in text
     whole = description_of("loop", installed(), expert=True)
     assert "pose_history" in whole and "--expert" not in whole

@@ -25,6 +25,8 @@ from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 
 from pymavlink.dialects.v20 import all as d
 
+from stack.mavlink.signing import Signing, signed_codecs
+
 STEP = 0.005
 PX4 = 12
 OFFBOARD = 6 << 16
@@ -63,6 +65,7 @@ class Settings:
         default_factory=lambda: {"FS_GCS_ENABLE": 0.0, "MAV_GCS_SYSID": 255.0}
     )
     seed: int = 1
+    key: bytes | None = None
 
 
 class EmulatedRover:
@@ -74,7 +77,10 @@ class EmulatedRover:
     def __init__(self, settings: Settings | None = None, now=monotonic) -> None:
         self.settings, self._now = settings or Settings(), now
         self._random = random.Random(self.settings.seed)
-        self._mav = d.MAVLink(None, self.settings.system, 1)
+        if self.settings.key is None:
+            self._mav = d.MAVLink(None, self.settings.system, 1)
+        else:
+            self._mav = signed_codecs(Signing(self.settings.key))(self.settings.system, 1)
         self._mav.robust_parsing = True
         self.ended = threading.Event()
         self.silent = False

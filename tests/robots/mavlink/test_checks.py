@@ -25,7 +25,7 @@ def subject(description):
         measurements.battery = Battery(0.8, voltage=24.0)
         for name, value in changes.items():
             part = {"others": heard, "values": heard, "last_text": heard, "mode": heard.rover,
-                    "armed": heard.rover, "battery": measurements,
+                    "armed": heard.rover, "signs": heard.rover, "battery": measurements,
                     "heard": measurements.odometry}[name]  # fmt: skip
             setattr(part, name, value)
         return Subject(heard, "", measurements, MavlinkParameters(ADDRESS), 100.0, 60.0)
@@ -40,7 +40,8 @@ def failed(subject):
 def test_all_is_well(subject):
     assert failed(subject()) == {} == failed(subject(PX4_ROVER))
     assert [check.name for check in checks_of(subject())] == [
-        "heartbeat", "one rover", "odometry", "battery", "setpoint watchdog", "mode", "armed",
+        "heartbeat", "one rover", "signature", "odometry", "battery", "setpoint watchdog", "mode",
+        "armed",
     ]  # fmt: skip
 
 
@@ -48,6 +49,7 @@ def test_all_is_well(subject):
     ("changes", "name", "text"),
     [
         ({"others": {3}}, "one rover", "several rovers are there: 1, 3; set `system` of the body"),
+        ({"signs": True}, "signature", "refuses ours; set `key` of the body"),
         ({"heard": None}, "odometry", "ATTITUDE and LOCAL_POSITION_NED: none yet"),
         ({"heard": 90.0}, "odometry", "none for 10.0 s"),
         ({"battery": Battery(0.05, voltage=20.4)}, "battery", "5%, 20.4 V; charge it above 10%"),

@@ -9,7 +9,7 @@ from time import monotonic, sleep  # noqa: TID251 - a real robot's clock
 import pytest
 
 from robots.mavlink.rover_link import Phase
-from stack.body import DEAD_MAN, PILOT, BodyCommand
+from stack.body import DEAD_MAN, FAST_LOOP, PILOT, BodyCommand
 from stack.errors import BodyError, InputError
 from stack.types import Imu, Scan, Twist
 
@@ -69,6 +69,23 @@ def test_a_loop_that_is_stuck_stops_the_rover(emulated, bodies):
     stopped = next(at for at, speed, _ in rover.setpoints if speed == 0.0)
     assert DEAD_MAN - 0.1 < stopped - began < 1.0
     assert rover.setpoints[-1][1] == 0.0 and rover.armed
+
+
+def test_a_frozen_fast_loop_is_a_fault_and_the_rover_s_own_watchdog_stops_it(emulated, bodies):
+    rover, body = emulated(refuses_arming=0, setpoint_timeout=1.0), bodies()
+    drive(body, Twist(0.4), 1.0)
+    os.kill(body._link._loop.pid, signal.SIGSTOP)
+    try:
+        until(body, lambda: body.health.fault == FAST_LOOP)
+        assert body.health.problem == "the fast loop has not answered for more than 0.3 s"
+        until(body, lambda: abs(rover.speed) < 0.01)
+    finally:
+        os.kill(body._link._loop.pid, signal.SIGCONT)
+    until(body, lambda: body.health.fault != FAST_LOOP)
+    assert body.engage() == ""
+    until(body, lambda: body.health.problem == "" and body._link.phase is Phase.DRIVING)
+    drive(body, Twist(0.4), 1.0)
+    assert rover.speed > 0.3
 
 
 BRAIN = """

@@ -63,7 +63,7 @@ class World:
         )  # fmt: skip
         self.received = []
 
-    def _opened(self, system, component):
+    def _opened(self, system, component, make_codec):
         if self.broken:
             raise OSError(2, "No such file or directory")
         return Wire(self, system, component)

@@ -184,13 +184,13 @@ def main(interface: str, channel: str, nodes: list[int]) -> None:
         for line in _lines():
             _change(bus, axes, json.loads(line))
         now = time.monotonic()  # noqa: TID251
-        for number, content, remote in _received(bus):
+        for number, content, remote in received(bus):
             for axis in axes:
-                _send(bus, axis.receive((number, content, remote), now))
+                send(bus, axis.receive((number, content, remote), now))
         while stepped + STEP <= now:
             stepped += STEP
             for axis in axes:
-                _send(bus, axis.step(stepped, STEP))
+                send(bus, axis.step(stepped, STEP))
         turns = any(axis.velocity for axis in axes)
         if turns != turned:
             turned = turns
@@ -233,7 +233,7 @@ def _change(bus, axes, order) -> None:
     print("changed", f"{stamp:.6f}", *speeds, flush=True)
 
 
-def _received(bus):
+def received(bus):
     import can
 
     for _ in range(100):
@@ -247,7 +247,7 @@ def _received(bus):
             yield frame.arbitration_id, bytes(frame.data), frame.is_remote_frame
 
 
-def _send(bus, frames) -> None:
+def send(bus, frames) -> None:
     import can
 
     for number, content, _ in frames:

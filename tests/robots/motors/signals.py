@@ -73,7 +73,7 @@ def stop_after(victim: str, number: signal.Signals, deceleration: float) -> Stop
 
 def brain(channel: str, deceleration: float) -> None:
     """Drive until this process is killed."""
-    limits = Limits(linear_speed=SPEED, linear_acceleration=4.0, linear_deceleration=deceleration)
+    limits = Limits(linear_speed=SPEED, linear_acceleration=4.0, stop_deceleration=deceleration)
     plan = loop_plan(Wheels(("l",), ("r",), RADIUS, 0.4).drivetrain(limits), 0.3, 2.0)
     values = {"interface": "udp_multicast", "channel": channel, "silent_after": 1.0}
     loop = FastLoop(LoopSetup(plan, "odrive_can", values, 250.0))

@@ -8,12 +8,17 @@ import pytest
 import missions
 from robots.bodies import chosen_body
 from robots.load import read_robot
+from robots.motors.body import WheelsBody
+from robots.motors.can_simple import AxisError
 from robots.motors.odometry import EncoderOdometry
+from robots.motors.parameters import WheelsParameters
+from stack.body import MOTOR, BodyCommand
 from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.differential import Wheels
 from stack.drivetrain.limits import Limits
 from stack.errors import InputError
-from stack.types import Twist
+from stack.types import STANDSTILL, Battery, Odometry, Twist
+from tests.robots.motors.axes_process import axes_process
 
 pytestmark = pytest.mark.xdist_group("fast_loop")
 
@@ -65,6 +70,64 @@ def test_a_mission_drives_emulated_wheels_through_a_fast_loop(tmp_path):
 def test_a_wrong_body_is_an_error_in_the_robot_file(tmp_path, body, sentence):
     with pytest.raises(InputError, match=sentence):
         read_robot(robot_file(tmp_path, body))
+
+
+@pytest.fixture
+def can_body(tmp_path):
+    """The body on emulated axes in another process, and these."""
+    with axes_process() as axes:
+        robot = read_robot(robot_file(tmp_path, "{use: wheels}"))
+        driver = {"use": "odrive_can", **axes.driver}
+        body = WheelsBody(robot, WheelsParameters(driver=driver, rate=250.0))
+        yield body, axes
+        body.close()
+
+
+def until(body, condition, twist=STANDSTILL):
+    """Drive as the step loop does until something is so; return the observations."""
+    seen = []
+    for _ in range(200):
+        seen.append(body.sense())
+        if condition():
+            return seen
+        body.command(BodyCommand(twist))
+        body.wait(0.05)
+    raise AssertionError("it did not happen within 10 s")
+
+
+def test_engaging_clears_the_faults_of_the_drives_and_arms_them_again(can_body):
+    body, axes = can_body
+    ahead = Twist(0.3)
+
+    def speed():
+        return body.sense().of(Odometry)["wheels"].twist.linear
+
+    until(body, lambda: speed() > 0.28, ahead)
+    assert body.engage() == ""  # nothing to clear: it drives on
+    axes.order(node=1, error=int(AxisError.DRV_FAULT))
+    until(body, lambda: body.health.problem != "", ahead)
+    assert (body.health.problem, body.health.fault) == ("node 1: DRV_FAULT", MOTOR)
+    until(body, lambda: abs(speed()) < 0.01, ahead)
+    assert body.health.problem == "node 1: DRV_FAULT"  # it stands, whatever is commanded
+    assert body.engage() == ""
+    until(body, lambda: body.health.problem == "" and speed() > 0.28, ahead)
+    body.loop.close()
+    assert body.engage() == "the fast loop ended with code 0"
+
+
+def test_the_battery_is_the_supply_of_the_drives(can_body):
+    """Between 20.0 V, empty, and 25.2 V, full, half of the charge is at 22.6 V."""
+    body, axes = can_body
+    seen = until(body, lambda: body.time > 1.5)
+    full = [o.of(Battery)["battery"] for o in seen if o.of(Battery)]
+    assert full[-1].voltage == 24.0
+    axes.order(voltage=22.6)
+    now = body.time
+    seen = until(body, lambda: body.time > now + 1.5)
+    half = [o.of(Battery)["battery"] for o in seen if o.of(Battery)]
+    assert half[-1].voltage == pytest.approx(22.6)
+    assert half[-1].charge == pytest.approx(0.5, abs=1e-6)
+    assert now < half[-1].stamp <= body.time
 
 
 def test_odometry_of_a_half_circle_is_exact_with_any_number_of_readings():

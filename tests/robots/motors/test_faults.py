@@ -26,7 +26,7 @@ EXPECTED = {  # when the loop notices it, when the wheels stand, what is said
     "controller bus-off": (0.0, 0.2 + COASTS, "the CAN controller is bus-off"),
     "supply below `least_voltage`": (1.0, 1.0 + BRAKES, "the supply has 20.0 V, less than 21 V"),
     "supply below the drive's own limit": (0.1, COASTS, "node 0: DC_BUS_UNDER_VOLTAGE"),
-    "brain frozen": (0.3, 0.3 + BRAKES, ""),
+    "brain frozen": (0.15, 0.15 + BRAKES, ""),
     "fast loop frozen or killed": (inf, 0.2 + COASTS, ""),
 }
 

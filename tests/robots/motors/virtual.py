@@ -19,13 +19,13 @@ from robots.motors import odrive
 from robots.motors.can_bus import BusAddress, CanBus
 from stack.drivetrain.differential import Wheels
 from stack.drivetrain.kernels import cycle
-from stack.drivetrain.limits import Limits
+from stack.drivetrain.limits import STOP_DECELERATION, Limits
 from stack.drivetrain.wheel_loop import COMMAND, LEVEL, PERIOD, SILENCE, STOP, loop_plan, loop_state
 from stack.fast_loop.driver import DriverCommand, DriverFeedback, DriverSetup
 from tests.robots.motors.emulated_axes import STEP, EmulatedAxis
 
 RADIUS, SPEED, RATE = 0.1, 0.8, 250.0
-SCOUT, STIFF = 1.5, 40.0
+SCOUT, STIFF = STOP_DECELERATION, 40.0
 """Decelerations, m/s²: of the robot scout, and one that stops the wheels in 0.02 s."""
 _CHANNELS = count()
 
@@ -49,9 +49,7 @@ class World:
         channel = f"axes{next(_CHANNELS)}"
         self.bus = can.Bus(interface="virtual", channel=channel)
         self.axes = [EmulatedAxis(0), EmulatedAxis(1)]
-        limits = Limits(
-            linear_speed=SPEED, linear_acceleration=1.5, linear_deceleration=deceleration
-        )
+        limits = Limits(linear_speed=SPEED, linear_acceleration=1.5, stop_deceleration=deceleration)
         drive = Wheels(("l",), ("r",), RADIUS, 0.4).drivetrain(limits)
         self.plan = loop_plan(drive, 0.3, 2.0)
         self.state = loop_state(self.plan, 1.0 / RATE)

@@ -19,6 +19,7 @@ from stack.drivetrain.wheel_loop import (
     DRIVING,
     EFFORTS,
     LEVEL,
+    LEVER,
     LINEAR,
     MEASURED_SPEEDS,
     OFF,
@@ -42,11 +43,14 @@ STAR = OmniWheels(
     ("a", "b", "c"),
     tuple(Pose2D(0.2 * cos(a), 0.2 * sin(a), a + pi / 2) for a in (0.0, 2.0, 4.0)), 0.05,
 )  # fmt: skip
+DIFFERENTIAL = Wheels(("l", "m"), ("r", "s"), 0.075, 0.29)
+SKID = SkidWheels(("l", "m"), ("r", "s"), 0.1, 0.4, 0.6)
+CAR = SteeredWheels(("a", "b"), ("c", "d"), 0.1, 0.5, 0.4, pi / 6, 1.0)
 DRIVES = {
-    "differential": Wheels(("l", "m"), ("r", "s"), 0.075, 0.29).drivetrain(LIMITS),
-    "skid": SkidWheels(("l", "m"), ("r", "s"), 0.1, 0.4, 0.6).drivetrain(LIMITS),
+    "differential": DIFFERENTIAL.drivetrain(LIMITS),
+    "skid": SKID.drivetrain(LIMITS),
     "omni": STAR.drivetrain(SIDE),
-    "car": SteeredWheels(("a", "b"), ("c", "d"), 0.1, 0.5, 0.4, pi / 6, 1.0).drivetrain(LIMITS),
+    "car": CAR.drivetrain(LIMITS),
 }
 PERIOD = 0.002
 NO_GAINS = WheelGains()
@@ -120,7 +124,7 @@ def scout(gains=NO_GAINS, torque_off=2.0):
     return plan, loop_state(plan, 0.001)
 
 
-def test_without_commands_it_stops_within_its_limits_and_then_releases_the_wheels():
+def test_without_commands_it_stops_and_then_releases_the_wheels():
     plan, state = scout()
     state[COMMAND] = 1.0
     levels, speeds = [], []
@@ -129,8 +133,8 @@ def test_without_commands_it_stops_within_its_limits_and_then_releases_the_wheel
         cycle(plan, state)
         levels.append(state[LEVEL])
         speeds.append(state[LINEAR])
-    assert levels.index(STOPPING) == 1701  # 0.3 s later
-    assert speeds.index(0.0) == 1701 + 666  # 1.0 m/s at 1.5 m/s²
+    assert levels.index(STOPPING) == 1551  # 0.15 s later
+    assert speeds.index(0.0) == 1551 + 333  # 1.0 m/s at 3 m/s²
     assert levels.index(OFF) == 3401  # 2 s later
     state[SILENCE] = 0.0
     cycle(plan, state)
@@ -142,10 +146,62 @@ def test_a_robot_that_needs_longer_to_stop_is_not_released_before():
     state[COMMAND], state[SILENCE] = 1.0, 0.0
     for _ in range(1500):
         cycle(plan, state)
-    for step in range(660):
+    for step in range(330):
         state[SILENCE] = 1.0 + step * 0.001
         cycle(plan, state)
         assert state[LEVEL] == STOPPING
+
+
+def rims(state, kind):
+    """Speeds of the rims of the driven wheels, m/s."""
+    return (
+        np.abs(block(state, SPEEDS))
+        * {"differential": 0.075, "skid": 0.1, "omni": 0.05, "car": 0.1}[kind]
+    )
+
+
+@pytest.mark.parametrize("kind", DRIVES)
+@given(twist=TWISTS, jerk=st.sampled_from([0.0, 2.0]), stop=st.floats(0.5, 12.0))
+@settings(max_examples=60, deadline=None)
+def test_no_wheel_slows_down_faster_than_a_stop_and_the_path_stays(kind, twist, jerk, stop):
+    wheels = {"differential": DIFFERENTIAL, "skid": SKID, "omni": STAR, "car": CAR}[kind]
+    limits = Limits(lateral_speed=0.6, linear_jerk=jerk, angular_jerk=jerk, stop_deceleration=stop)
+    plan = loop_plan(wheels.drivetrain(limits), 0.3, inf)
+    state = loop_state(plan, PERIOD)
+    state[SILENCE], state[COMMAND : COMMAND + 3] = 0.0, twist
+    for _ in range(400):
+        cycle(plan, state)
+    began = state[LINEAR : LINEAR + 3].copy()
+    most = max(stop, 1.5)
+    needs = (np.hypot(began[0], began[2]) + plan[LEVER] * abs(began[1])) / most
+    state[STOP], steps = 1.0, 0
+    while state[LINEAR : LINEAR + 3].any():
+        before = rims(state, kind)
+        cycle(plan, state)
+        # A car's outer wheel is faster than its middle, by at most the share of its tightest turn.
+        allowed = most * PERIOD * (1.0 if kind != "car" else 1.0 + 0.2 * np.tan(pi / 6) / 0.5)
+        assert np.all(before - rims(state, kind) <= allowed * (1 + 1e-9) + 1e-12)
+        assert np.cross(began, state[LINEAR : LINEAR + 3]) == pytest.approx(0.0, abs=1e-9)
+        steps += 1
+    assert steps * PERIOD == pytest.approx(needs, abs=1.01 * PERIOD)
+
+
+def test_a_robot_drives_on_with_the_next_command_and_no_jerk_that_it_had_in_the_stop():
+    limits = Limits(linear_speed=1.0, linear_jerk=5.0)
+    plan = loop_plan(Wheels(("l",), ("r",), 0.1, 0.4).drivetrain(limits), 0.3, inf)
+    state = loop_state(plan, PERIOD)
+    state[SILENCE], state[COMMAND] = 0.0, 1.0
+    for _ in range(1000):
+        cycle(plan, state)
+    for step in range(100):
+        state[SILENCE] = 0.1 + step * PERIOD
+        cycle(plan, state)
+    slowest = state[LINEAR]
+    assert slowest == pytest.approx(1.0 - 3.0 * 0.15, abs=0.01)  # from 0.15 s on
+    state[SILENCE] = 0.0
+    for _ in range(100):
+        cycle(plan, state)
+        assert state[LINEAR] >= slowest
 
 
 @pytest.mark.parametrize(("turning", "released"), [(0.0, 1), (0.5, 500)])

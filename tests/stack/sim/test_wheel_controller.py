@@ -59,13 +59,39 @@ def test_wheel_speeds_of_a_turn(drive):
     assert drive.wheels.speeds == pytest.approx((3.0, 7.0))
 
 
-def test_without_commands_it_stops_after_the_dead_man_time(drive):
-    run(drive, Twist(0.5), 500)
+@pytest.mark.parametrize(
+    ("speed", "begins", "takes"),
+    [
+        (0.3, 100, 50),  # 0.3 / 3 / 0.002 steps, and it stands after 150: 0.3 s
+        (0.75, 75, 125),  # it would have to begin after 25; it does after half of the time
+    ],
+)
+def test_without_commands_it_stands_after_the_dead_man_time(drive, speed, begins, takes):
+    run(drive, Twist(speed), 500)
     changes = [drive.advance() for _ in range(400)]
-    # The last command stands for 150 steps in all, the one it came in included.
-    assert changes.index(True) == 149
+    # The last command was obeyed in one step already.
+    assert changes.index(True) == pytest.approx(begins - 1, abs=1)
     assert drive.setpoint.twist.linear == 0.0
-    assert sum(changes) == 125
+    assert sum(changes) == pytest.approx(takes, abs=1)
+
+
+def test_an_emergency_stop_is_a_stop_of_its_own(drive):
+    run(drive, Twist(0.6, 1.0), 500)
+    steps = 0
+    while drive.setpoint.twist != Twist():
+        drive.command(Twist(), emergency_stop=True)
+        drive.advance()
+        twist = drive.setpoint.twist
+        assert twist.angular == pytest.approx(twist.linear / 0.6)  # on the circle that it drove
+        steps += 1
+    # The outer wheel rolls at 0.6 + 1.0 * 0.2 m/s and slows down at 3 m/s².
+    assert steps == pytest.approx(0.8 / 3.0 / 0.002, abs=1)
+    drive.command(Twist(0.6), emergency_stop=True)
+    drive.advance()
+    assert drive.setpoint.twist == Twist()
+    drive.command(Twist(0.6))
+    drive.advance()
+    assert drive.setpoint.twist.linear == pytest.approx(0.002)  # 1 m/s², as ever
 
 
 def test_at_constant_speed_nothing_changes(drive):
