@@ -1,0 +1,1 @@
+"""Motions of an arm: kinematics, collisions, planning, timing and grasps."""
