@@ -42,7 +42,7 @@ def braking(trajectory: JointTrajectory, time: float, limits: JointLimits) -> Jo
     if left <= 0.0:
         positions = trajectory.positions[-1:]
         return JointTrajectory(np.zeros(1), positions, np.zeros_like(positions))
-    window = float((limits.acceleration / limits.jerk).max())
+    window = max(float((limits.acceleration / limits.jerk).max()), PERIOD)
     for _, wait, duration in _attempts(left, window):
         stop = _slowed(trajectory, time, wait, (duration, window))
         if is_within(stop, limits, TOLERANCE):

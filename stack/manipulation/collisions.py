@@ -95,15 +95,15 @@ class Collisions:
         self._pin.computeCollisions(
             self.model.model, self._data, self._geometry, self._results, q, False
         )
-        pairs = self._geometry.collisionPairs
-        touching = [
-            (pairs[index], index)
-            for index, result in enumerate(self._results.collisionResults)
+        index, pair = next(
+            (index, pair)
+            for index, (pair, result) in enumerate(
+                zip(self._geometry.collisionPairs, self._results.collisionResults, strict=True)
+            )
             if result.isCollision()
-        ]
-        pair, index = touching[0]
-        near = self.clearance if index >= len(self._self_pairs) else 0.0
-        verb = f"is within {near * 1000:.0f} mm of" if near else "touches"
+        )
+        distance = self._pin.computeDistance(self._geometry, self._results, index).min_distance
+        verb = f"is {distance * 1000:.1f} mm from" if distance > 0.0 else "touches"
         return f"{self._names[pair.first]} {verb} {self._names[pair.second]}"
 
     def distance(self, positions: FloatArray, time: float = 0.0) -> float:
@@ -141,9 +141,15 @@ class Collisions:
             self.collides(start + (end - start) * (part / count), time) for part in _spread(count)
         )
 
-    def advance(self, start: FloatArray, end: FloatArray) -> float:
-        """Return the share of the straight motion that is free from its start."""
-        count = self.steps(start, end)
+    def advance(self, start: FloatArray, end: FloatArray, stride: float = 1.0) -> float:
+        """Return the share of the straight motion that is free from its start.
+
+        Args:
+            start: (n,) positions of the joints.
+            end: (n,) positions.
+            stride: factor of the distance between two checks.
+        """
+        count = ceil(self.steps(start, end) / stride)
         for part in range(1, count + 1):
             if self.collides(start + (end - start) * (part / count)):
                 return (part - 1) / count

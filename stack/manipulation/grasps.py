@@ -44,8 +44,8 @@ PER_METRE = 10.0
 SUPPORT = 0.005
 """Metres: what is nearer to the block supports it, and may touch it when it is lifted."""
 
-RESTARTS = 5
-"""Of the search for the pre-grasp; there are many other candidates."""
+POSTURES, RESTARTS = 3, 8
+"""Solutions for each pre-grasp, and searches for them; there are many other candidates."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def grasps(
         except NavigationError as error:
             refused[_reason(error)] += 1
     if not found:
-        reasons = "; ".join(f"{count} {reason}" for reason, count in refused.most_common(3))
+        reasons = "; ".join(f"{count} {reason}" for reason, count in refused.most_common(4))
         raise NavigationError(FailureCode.NO_VALID_PATH, f"no grasp of {block}: {reasons}")
     return sorted(found, key=lambda grasp: grasp.cost)
 
@@ -173,9 +173,7 @@ def _with_motions(
     block, scene = target
     before = candidate.tool.copy()
     before[:3, 3] -= APPROACH * candidate.tool[:3, 2]
-    pre_grasp = planner.kinematics.ik(before, positions, generator, RESTARTS)
-    if pre_grasp is None:
-        raise NavigationError(FailureCode.OUT_OF_RANGE, "the arm cannot reach the pre-grasp")
+    pre_grasp = _pre_grasp(planner, before, scene, positions, generator)
     approach = planner.straight(pre_grasp, candidate.tool, scene)
     held = scene.holding(block, candidate.tool, candidate.width)
     supports = Collisions(planner.model, held).near(block, approach[-1], SUPPORT)
@@ -188,7 +186,30 @@ def _with_motions(
     return Grasp(candidate.name, pre_grasp, approach, lift, candidate.tool, candidate.width, moved)
 
 
+def _pre_grasp(
+    planner: ArmPlanner,
+    tool: FloatArray,
+    scene: Scene,
+    positions: FloatArray,
+    generator: np.random.Generator,
+) -> FloatArray:
+    """Return the free positions nearest to those now that bring the tool to a pose.
+
+    Raises:
+        NavigationError: there are none.
+    """
+    found = planner.kinematics.solutions(tool, positions, generator, POSTURES, RESTARTS)
+    if not found:
+        raise NavigationError(FailureCode.OUT_OF_RANGE, "the arm cannot reach the pre-grasp")
+    checks = Collisions(planner.model, scene)
+    contacts = [checks.contact(option) for option in found]
+    if all(contacts):
+        raise NavigationError(FailureCode.GOAL_OCCUPIED, f"at the pre-grasp: {contacts[0]}")
+    return found[contacts.index("")]
+
+
 def _reason(error: NavigationError) -> str:
     if error.failure.code == FailureCode.OUT_OF_RANGE:
         return "out of reach"
-    return f"blocked ({error.failure.sentence.rpartition(': ')[2]})"
+    contact = error.failure.sentence.rpartition(": ")[2]
+    return f"blocked ({contact})"

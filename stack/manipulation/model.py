@@ -11,7 +11,6 @@ be contacts.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -69,11 +68,9 @@ class ArmModel:
         name, text, places = _source(urdf, folders)
         try:
             whole = pinocchio.buildModelFromXML(text)
-            with warnings.catch_warnings():  # of two ways to name the folders; there is no third
-                warnings.simplefilter("ignore", UserWarning)
-                shapes = pinocchio.buildGeomFromUrdfString(
-                    whole, text, pinocchio.GeometryType.COLLISION, places
-                )
+            shapes = pinocchio.buildGeomFromUrdfString(
+                whole, text, pinocchio.GeometryType.COLLISION, package_dirs=places
+            )
         except (ValueError, RuntimeError) as error:
             raise InputError(f"{name} cannot be read: {error}") from error
         self._require(name, whole)
@@ -88,6 +85,7 @@ class ArmModel:
         )
         _make_convex(self.geometry)
         self.tool: int = self.model.getFrameId(description.tool_link)
+        self._neutral = pinocchio.neutral(self.model)
         self._slots = self._slots_of(description.joints)
         self._finger_slots = self._slots_of(fingers)
         self.columns = np.array(
@@ -113,7 +111,7 @@ class ArmModel:
             positions: (n,) of the arm's joints.
             width: between the fingers, metres; None: open.
         """
-        configuration: FloatArray = self.pin.neutral(self.model)
+        configuration: FloatArray = self._neutral.copy()
         for (start, is_continuous), position in zip(self._slots, positions, strict=True):
             if is_continuous:
                 configuration[start : start + 2] = np.cos(position), np.sin(position)

@@ -9,10 +9,10 @@ a motion is checked in one call.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from stack.manipulation.collisions import Collisions
 from stack.types import FloatArray
 
 RANGE = 0.6
@@ -22,7 +22,22 @@ LEAST = 0.05
 """Radians: shorter motions add no node."""
 
 Advance = Callable[[FloatArray, FloatArray], float]
-"""Share of the straight motion between two poses that is free from its start."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """The poses among which a path is searched.
+
+    Attributes:
+        lower: (n,) limits.
+        upper: (n,) limits.
+        advance: returns the share of the straight motion between two poses that is free from its
+            start.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    advance: Advance
 
 
 class _Tree:
@@ -86,7 +101,7 @@ class _Tree:
 def rrt_connect(
     start: FloatArray,
     goals: Sequence[FloatArray],
-    checks: Collisions,
+    space: Space,
     generator: np.random.Generator,
     iterations: int,
 ) -> FloatArray | None:
@@ -95,19 +110,18 @@ def rrt_connect(
     Args:
         start: (n,) free pose.
         goals: (n,) free poses; any of them will be reached.
-        checks: of the motions.
+        space: of the poses.
         generator: of the samples.
         iterations: samples at most.
     """
     trees = (_Tree([start]), _Tree(goals))
-    limits, advance = checks.model.description.limits, checks.advance
     for iteration in range(iterations):
         growing, other = trees if iteration % 2 == 0 else trees[::-1]
         size = growing.size
-        node, _ = growing.grow(generator.uniform(limits.lower, limits.upper), advance, RANGE)
+        node, _ = growing.grow(generator.uniform(space.lower, space.upper), space.advance, RANGE)
         if growing.size == size:
             continue
-        met, is_reached = other.grow(growing[node].copy(), advance, np.inf)
+        met, is_reached = other.grow(growing[node].copy(), space.advance, np.inf)
         if is_reached:
             first, second = growing.branch(node), other.branch(met)
             if iteration % 2:

@@ -27,11 +27,12 @@ from __future__ import annotations
 import numpy as np
 
 from stack.drivetrain.arm_description import JointLimits
+from stack.errors import NavigationError
 from stack.manipulation.blending import Section, blended
 from stack.manipulation.collisions import Collisions
 from stack.manipulation.kernels import time_law
 from stack.manipulation.trajectory_loop import hermite
-from stack.types import FloatArray
+from stack.types import FailureCode, FloatArray
 from stack.types.arms import JointTrajectory
 
 PERIOD = 0.01
@@ -79,28 +80,37 @@ def timed(
         waypoints: (k, n) positions of the joints.
         limits: of the joints.
         checks: of the scene; the motion keeps half of their clearance.
+
+    Raises:
+        NavigationError: COLLISION_AHEAD if an object moves into the way.
     """
     halved = checks.with_clearance(checks.clearance / 2.0)
-    for tolerance in TOLERANCES[:-1]:
+    for tolerance in TOLERANCES:
         trajectory = time_path(waypoints, limits, tolerance)
-        if follows_freely(trajectory, halved):
+        contact = first_contact(trajectory, halved)
+        if not contact:
             return trajectory, tolerance
-    return time_path(waypoints, limits, 0.0), 0.0
+    raise NavigationError(FailureCode.COLLISION_AHEAD, contact)
 
 
-def follows_freely(trajectory: JointTrajectory, checks: Collisions) -> bool:
-    """Return whether a trajectory is free, where moving objects are at each time."""
-    poses, times = trajectory.positions, trajectory.times
-    return all(
-        checks.is_free(before, after, float(time))
-        for before, after, time in zip(poses, poses[1:], times[1:], strict=False)
-    )
+def first_contact(trajectory: JointTrajectory, checks: Collisions) -> str:
+    """Return what touches what and when, with moving objects where they are then; empty: nothing.
+
+    Args:
+        trajectory: its begin is time 0 of the scene.
+        checks: of the scene.
+    """
+    poses, times = trajectory.positions, trajectory.times.tolist()
+    for before, after, time in zip(poses, poses[1:], times[1:], strict=False):
+        if not checks.is_free(before, after, time):
+            contact = checks.contact(after, time) or "the arm touches something"
+            return f"after {time:.1f} s {contact}"
+    return ""
 
 
 def _without_repetitions(waypoints: FloatArray) -> FloatArray:
-    kept = [waypoints[0]]
-    kept += [point for point in waypoints[1:] if np.linalg.norm(point - kept[-1]) > SAME]
-    return np.array([*kept[:-1], waypoints[-1]]) if len(kept) > 1 else np.array(kept)
+    ways = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+    return waypoints[np.concatenate(([True], ways > SAME))]
 
 
 def _sampled(section: Section, limits: JointLimits) -> FloatArray:
@@ -127,12 +137,11 @@ def _sampled(section: Section, limits: JointLimits) -> FloatArray:
 
 def _averaged(sampled: list[FloatArray], window: int) -> FloatArray:
     """Return control points (m, n): averages over the window, at rest between the sections."""
-    padded = [
-        np.vstack((np.repeat(part[:1], window, axis=0), part, np.repeat(part[-1:], window, axis=0)))
-        for part in sampled
-    ]
-    points = np.vstack(padded)
-    points = np.vstack((points[:1], points[:1], points, points[-1:], points[-1:]))
+    rest = window + 1  # samples at each end; of the averages three are then at rest
+    parts = [np.repeat(sampled[0][:1], rest, axis=0)]
+    for part in sampled:
+        parts += [part, np.repeat(part[-1:], window, axis=0)]
+    points = np.vstack((*parts, sampled[-1][-1:]))
     sums = np.cumsum(np.vstack((np.zeros((1, points.shape[1])), points - points[0])), axis=0)
     control: FloatArray = points[0] + (sums[window:] - sums[:-window]) / window
     control[:3], control[-3:] = points[0], points[-1]

@@ -13,6 +13,12 @@ URDF = Path(pybullet_data.getDataPath()) / "franka_panda/panda.urdf"
 
 HOME = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
 
+
+def posed(*offsets: float) -> np.ndarray:
+    """Return positions by their difference to those of the home posture."""
+    return HOME + np.array(offsets)
+
+
 LIMITS = JointLimits(
     lower=np.array([-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]),
     upper=np.array([2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973]),
