@@ -2,13 +2,14 @@
 
 The path was checked for collisions, so that the arm brakes on it and not away from it. Time on
 the trajectory runs on at full rate for a moment w. Then its rate falls to zero, linearly in a time
-D, averaged over a window J = max(a / j) that limits the jerk:
+D, averaged over a window J that limits the jerk: max(a / j), or twice as long, which an arm needs
+that accelerates:
 
     dτ/dt = 1 − (R(t − w) − R(t − w − J)) / J,    R(t) = ∫ clip(t / D, 0, 1) dt
 
-The pairs (w, D) are tried in the order of w + D; the first whose motion is within the limits is
-taken. The wait w matters where the trajectory itself brakes with all that a joint has. Where no
-pair stops before the end of the trajectory, its rest is the answer.
+The triples are tried in the order of w + D + J; the first whose motion is within the limits is
+taken. The wait w matters where the trajectory itself brakes with all that a joint has. Where none
+stops before the end of the trajectory, its rest is the answer.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from stack.drivetrain.arm_description import JointLimits
-from stack.manipulation.trajectory_loop import sample
+from stack.manipulation.hermite import sample
 from stack.types import FloatArray
 from stack.types.arms import JointTrajectory
 
@@ -43,8 +44,8 @@ def braking(trajectory: JointTrajectory, time: float, limits: JointLimits) -> Jo
         positions = trajectory.positions[-1:]
         return JointTrajectory(np.zeros(1), positions, np.zeros_like(positions))
     window = max(float((limits.acceleration / limits.jerk).max()), PERIOD)
-    for _, wait, duration in _attempts(left, window):
-        stop = _slowed(trajectory, time, wait, (duration, window))
+    for _, wait, duration, rounding in _attempts(left, window):
+        stop = _slowed(trajectory, time, wait, (duration, rounding))
         if is_within(stop, limits, TOLERANCE):
             return stop
     rest = trajectory.times > time
@@ -95,15 +96,16 @@ def peaks(trajectory: JointTrajectory) -> tuple[FloatArray, FloatArray, FloatArr
     )
 
 
-def _attempts(left: float, window: float) -> list[tuple[float, float, float]]:
-    """Return triples of w + D, w and D that stop before the end of the trajectory, ascending."""
+def _attempts(left: float, window: float) -> list[tuple[float, float, float, float]]:
+    """Return w + D + J, w, D and J of the stops before the end of the trajectory, ascending."""
     durations = SHORTEST * 1.15 ** np.arange(40)
     waits = np.linspace(0.0, left, 6)[:-1]
     return sorted(
-        (float(wait + duration), float(wait), float(duration))
+        (float(wait + duration + rounding), float(wait), float(duration), rounding)
         for wait in waits
         for duration in durations
-        if wait + (duration + window) / 2.0 <= left
+        for rounding in (window, 2.0 * window)
+        if wait + (duration + rounding) / 2.0 <= left
     )
 
 
@@ -112,7 +114,8 @@ def _slowed(
 ) -> JointTrajectory:
     """Return the motion whose rate falls after the wait, in the times D and J."""
     duration, window = fall
-    times = PERIOD * np.arange(int(np.ceil((wait + duration + window) / PERIOD)) + 1)
+    count = int(np.ceil((wait + duration + window) / PERIOD)) + 1
+    times = np.arange(count, dtype=np.float64) * PERIOD
     since = times - wait
     rate = 1.0 - (_ramp(since, duration) - _ramp(since - window, duration)) / window
     lost = (_area(since, duration) - _area(since - window, duration)) / window

@@ -11,6 +11,7 @@ block, the hand above a table), the whole path keeps that smaller distance.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -158,18 +159,25 @@ class ArmPlanner:
                 )
         return np.array(waypoints)
 
-    def trajectory(self, waypoints: FloatArray, scene: Scene) -> JointTrajectory:
+    def trajectory(
+        self, waypoints: FloatArray, scene: Scene, speed: float = 1.0
+    ) -> JointTrajectory:
         """Return the fastest free motion along a planned path (timing.py).
 
         Args:
             waypoints: (k, n) of a path that was planned in the scene.
             scene: what must not be touched; objects with a velocity move.
+            speed: share of the joints' velocities and accelerations, above 0 and up to 1.
 
         Raises:
             NavigationError: COLLISION_AHEAD if an object moves into the way.
         """
-        checks = self._checks(waypoints[0], waypoints[-1:], scene)
-        return timed(waypoints, self.model.description.limits, checks)[0]
+        checks = self._checks(waypoints[0], [waypoints[-1]], scene)
+        limits = self.model.description.limits
+        slower = replace(
+            limits, velocity=speed * limits.velocity, acceleration=speed * limits.acceleration
+        )
+        return timed(waypoints, slower, checks)[0]
 
     def _search(
         self,

@@ -30,8 +30,8 @@ from stack.drivetrain.arm_description import JointLimits
 from stack.errors import NavigationError
 from stack.manipulation.blending import Section, blended
 from stack.manipulation.collisions import Collisions
+from stack.manipulation.hermite import hermite
 from stack.manipulation.kernels import time_law
-from stack.manipulation.trajectory_loop import hermite
 from stack.types import FailureCode, FloatArray
 from stack.types.arms import JointTrajectory
 

@@ -10,6 +10,8 @@ from bisect import bisect_right
 import numpy as np
 
 from stack.drivetrain.arm_description import ArmDescription
+from stack.manipulation.braking import braking
+from stack.manipulation.hermite import piece
 from stack.types import FloatArray
 from stack.types.arms import JointState, JointTrajectory
 
@@ -48,6 +50,11 @@ class TrajectoryFollower:
         self._times = trajectory.times.tolist()
         self._full_since = [None] * len(self._full_since)
 
+    def stop(self, time: float) -> None:
+        """Brake along the path of the trajectory from a time on, seconds on the body's clock."""
+        since = max(0.0, time - self._begin)
+        self.start(braking(self._trajectory, since, self._description.limits), time)
+
     def is_over(self, time: float) -> bool:
         """Return whether the trajectory has ended at a time, seconds on the body's clock."""
         return time - self._begin >= self._trajectory.duration
@@ -59,7 +66,7 @@ class TrajectoryFollower:
             return trajectory.positions[-1], np.zeros_like(trajectory.positions[-1])
         k = max(0, bisect_right(self._times, since) - 1)
         step = self._times[k + 1] - self._times[k]
-        return _piece(
+        return piece(
             min(1.0, max(0.0, (since - self._times[k]) / step)),
             step,
             (trajectory.positions[k], trajectory.positions[k + 1]),
@@ -105,49 +112,3 @@ class TrajectoryFollower:
                     f"{limits[joint]:.0f} for {state.stamp - since:.1f} s"
                 )
         return ""
-
-
-def sample(trajectory: JointTrajectory, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return positions and velocities (m, n) at times (m,) since the begin; held after the end."""
-    if len(trajectory.times) == 1:
-        held = np.repeat(trajectory.positions, len(times), axis=0)
-        return held, np.zeros_like(held)
-    inside = np.clip(times, 0.0, trajectory.duration)
-    positions, velocities = hermite(
-        trajectory.times, trajectory.positions, trajectory.velocities, inside
-    )
-    velocities[times >= trajectory.duration] = trajectory.velocities[-1]
-    return positions, velocities
-
-
-def hermite(
-    places: FloatArray, values: FloatArray, slopes: FloatArray, at: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return values and slopes (m, n) of cubic Hermite pieces.
-
-    Args:
-        places: (k,) rising ends of the pieces.
-        values: (k, n) there.
-        slopes: (k, n) there.
-        at: (m,) between the first and the last place.
-    """
-    k = np.clip(np.searchsorted(places, at, side="right") - 1, 0, len(places) - 2)
-    step = (places[k + 1] - places[k])[:, None]
-    share = (at - places[k])[:, None] / step
-    return _piece(share, step, (values[k], values[k + 1]), (slopes[k], slopes[k + 1]))
-
-
-def _piece(
-    share: FloatArray | float,
-    step: FloatArray | float,
-    values: tuple[FloatArray, FloatArray],
-    slopes: tuple[FloatArray, FloatArray],
-) -> tuple[FloatArray, FloatArray]:
-    """Return value and slope within a piece of the length `step`, at a share of it."""
-    (first, last), (rise, fall) = values, slopes
-    mean = (last - first) / step
-    bend = 3.0 * mean - 2.0 * rise - fall
-    twist = rise + fall - 2.0 * mean
-    slope = rise + share * (2.0 * bend + 3.0 * share * twist)
-    value = first + step * share * (rise + share * (bend + share * twist))
-    return value, slope

@@ -10,7 +10,7 @@ from stack.manipulation.grasps import APPROACH, LIFT, candidates, grasps
 from stack.manipulation.planner import ArmPlanner
 from stack.manipulation.scene import Box, Scene, SceneObject, Sphere
 from stack.types import FailureCode
-from tests.stack.manipulation.panda import HOME, PANDA, panda
+from tests.stack.manipulation.panda import HOME, panda
 
 PLANNER = ArmPlanner(panda())
 TABLE = SceneObject("table", Box((1.0, 1.5, 0.05)), from_angles((0.6, 0.0, -0.025), (0, 0, 0)))
@@ -95,7 +95,3 @@ def test_what_is_no_block():
     with pytest.raises(NavigationError, match="no object 'block'") as caught:
         found()
     assert caught.value.failure.code == FailureCode.OBJECT_NOT_FOUND
-
-
-def test_the_names_of_the_gripper():
-    assert PANDA.gripper.finger_links == ("panda_leftfinger", "panda_rightfinger")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.manipulation.kinematics import ArmKinematics
@@ -31,6 +31,7 @@ def test_poses_of_other_links():
         KINEMATICS.forward(HOME, "elbow")
 
 
+@settings(deadline=None)
 @given(st.integers(0, 10_000))
 def test_the_jacobian_is_the_derivative(seed):
     """Central differences over 2e-6 rad."""
@@ -45,6 +46,7 @@ def test_the_jacobian_is_the_derivative(seed):
         assert jacobian[:, joint] == pytest.approx([*rate[:3, 3], *turn], abs=1e-6)
 
 
+@settings(deadline=None)
 @given(st.integers(0, 10_000))
 def test_solutions_reach_the_pose_within_the_limits(seed):
     generator = np.random.default_rng(seed)

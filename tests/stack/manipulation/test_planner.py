@@ -113,6 +113,14 @@ def test_the_tool_moves_along_a_line():
     assert PLANNER.kinematics.forward(line[-1]) == pytest.approx(target, abs=1e-4)
 
 
+def test_a_slower_motion():
+    """Half of the velocity where it is the limit: a turn of 4 rad by the first joint alone."""
+    path = np.array([posed(-2, 0, 0, 0, 0, 0, 0), posed(2, 0, 0, 0, 0, 0, 0)])
+    full, half = (PLANNER.trajectory(path, Scene(), speed) for speed in (1.0, 0.5))
+    assert np.abs(half.velocities[:, 0]).max() == pytest.approx(2.175 / 2.0)
+    assert half.duration > 1.8 * full.duration
+
+
 def test_a_line_that_something_blocks_and_one_that_leaves_the_reach():
     target = PLANNER.kinematics.forward(HOME)
     target[1, 3] += 0.4

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from stack.manipulation.trajectory_loop import TrajectoryFollower, hermite, sample
+from stack.manipulation.hermite import hermite, sample
+from stack.manipulation.timing import time_path
+from stack.manipulation.trajectory_loop import TrajectoryFollower
 from stack.types.arms import JointState, JointTrajectory
-from tests.stack.manipulation.panda import HOME, LIMITS, PANDA
+from tests.stack.manipulation.panda import HOME, LIMITS, PANDA, posed
 
 TIMES = np.array([0.0, 0.5, 2.0])
 
@@ -47,6 +49,22 @@ def test_targets_count_from_the_start_and_hold_the_end():
     positions, velocities = follower.targets(15.0)
     assert positions == pytest.approx(TRAJECTORY.positions[-1]) and not velocities.any()
     assert follower.targets(9.0)[0] == pytest.approx(TRAJECTORY.positions[0])
+
+
+def test_a_stop_goes_on_from_where_the_arm_is():
+    """Joint 1 at 2.175 rad/s, 7.5 rad/s², 150 rad/s³: 0.29 + 0.05 s, found in steps of 15 %."""
+    motion = time_path(np.array([posed(-2, 0, 0, 0, 0, 0, 0), posed(2, 0, 0, 0, 0, 0, 0)]), LIMITS)
+    follower = TrajectoryFollower(PANDA, HOME)
+    follower.start(motion, 10.0)
+    positions, velocities = follower.targets(11.0)
+    follower.stop(11.0)
+    assert follower.targets(11.0)[0] == pytest.approx(positions)
+    assert follower.targets(11.0)[1] == pytest.approx(velocities)
+    assert follower.is_over(11.42) and not follower.is_over(11.32)
+    stopped = follower.targets(20.0)[0]
+    assert positions[0] < stopped[0] < motion.positions[-1, 0]
+    follower.stop(21.0)
+    assert follower.targets(21.0)[0] == pytest.approx(stopped)
 
 
 def test_the_tracking_error_names_the_joint():
