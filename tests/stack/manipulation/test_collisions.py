@@ -94,12 +94,11 @@ def test_a_free_motion_is_free_between_its_checks(seed):
     generator = np.random.default_rng(seed)
     quick = Collisions(panda(), scene_of(generator), 0.01)
     start, end = generator.uniform(LIMITS.lower, LIMITS.upper, (2, 7))
-    share = quick.advance(start, end)
-    assert (share == 1.0) == quick.is_free(start, end) or quick.collides(start)
-    touching = quick.with_clearance(0.0)
-    for part in np.linspace(0.0, share, 23)[1:]:
-        positions = start + part * (end - start)
-        assert touching.distance(positions) > 0.0 or quick.collides(start)
+    end = start + 0.3 * (end - start)
+    if quick.is_free(start, end) and not quick.collides(start):
+        touching = quick.with_clearance(0.0)
+        for part in np.linspace(0.0, 1.0, 23):
+            assert touching.distance(start + part * (end - start)) > 0.0
 
 
 def test_points_are_occupied_cells():
