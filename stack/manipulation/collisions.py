@@ -176,7 +176,7 @@ class Collisions:
         arm = list(self.model.moving)
         self._self_pairs = list(self.model.self_pairs)
         if scene.held is not None:
-            held = self._add_held(scene.held.object)
+            held = self._add_held(scene.held)
             arm.append(held)
             self._self_pairs += [(shape, held) for shape in range(held) if not self._carries(shape)]
         for first, second in self._self_pairs:

@@ -59,6 +59,9 @@ class Grasp:
         lift: (k, n) waypoints from the grasp upwards, with the block.
         tool: (4, 4) of the tool at the grasp, in `base_link`.
         width: of the block between the fingers, metres.
+        approaching: scene of the approach, in which the fingers may touch the block.
+        lifting: scene of the lift, in which the block may touch what it stands on or beside.
+        holding: scene after the lift.
         cost: radians.
     """
 
@@ -68,6 +71,9 @@ class Grasp:
     lift: FloatArray
     tool: FloatArray
     width: float
+    approaching: Scene
+    lifting: Scene
+    holding: Scene
     cost: float
 
 
@@ -179,11 +185,19 @@ def _with_motions(
     supports = Collisions(planner.model, held).near(block, approach[-1], SUPPORT)
     above = candidate.tool.copy()
     above[2, 3] += LIFT
-    lift = planner.straight(
-        approach[-1], above, held.touching(*((block, name) for name in supports))
+    lifting = held.touching(*((block, name) for name in supports))
+    return Grasp(
+        candidate.name,
+        pre_grasp,
+        approach,
+        planner.straight(approach[-1], above, lifting),
+        candidate.tool,
+        candidate.width,
+        scene,
+        lifting,
+        held,
+        cost=float(np.abs(pre_grasp - positions).max()),
     )
-    moved = float(np.abs(pre_grasp - positions).max())
-    return Grasp(candidate.name, pre_grasp, approach, lift, candidate.tool, candidate.width, moved)
 
 
 def _pre_grasp(

@@ -78,31 +78,21 @@ class ScenePoints:
 
 
 @dataclass(frozen=True)
-class HeldObject:
-    """A body in the hand.
-
-    Attributes:
-        object: its pose is (4, 4) in the tool's frame.
-    """
-
-    object: SceneObject
-
-
-@dataclass(frozen=True)
 class Scene:
     """What surrounds an arm, and what it holds.
 
     Attributes:
         objects: bodies.
         points: measured.
-        held: moves with the tool; the hand and the fingers may touch it.
+        held: body in the hand, its pose in the frame of the tool, with which it moves; the hand
+            and the fingers may touch it.
         width: between the fingers, metres; None: open.
         may_touch: pairs of names, of links or objects, whose contact is wanted.
     """
 
     objects: tuple[SceneObject, ...] = ()
     points: tuple[ScenePoints, ...] = ()
-    held: HeldObject | None = None
+    held: SceneObject | None = None
     width: float | None = None
     may_touch: frozenset[frozenset[str]] = frozenset()
 
@@ -119,15 +109,14 @@ class Scene:
             width: between the fingers.
         """
         (item,) = (item for item in self.objects if item.name == name)
-        held = HeldObject(replace(item, pose=np.linalg.inv(tool) @ item.pose, velocity=np.zeros(3)))
+        held = replace(item, pose=np.linalg.inv(tool) @ item.pose, velocity=np.zeros(3))
         return replace(self.without(name), held=held, width=width)
 
     def released(self, tool: FloatArray) -> Scene:
         """Return the scene with the held object where the tool (4, 4) leaves it, fingers open."""
         if self.held is None:
             return self
-        item = self.held.object
-        placed = replace(item, pose=tool @ item.pose)
+        placed = replace(self.held, pose=tool @ self.held.pose)
         return replace(self, objects=(*self.objects, placed), held=None, width=None)
 
     def touching(self, *pairs: tuple[str, str]) -> Scene:

@@ -1,5 +1,7 @@
 """Grasps of blocks on a table."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from stack.types import FailureCode
 from tests.stack.manipulation.panda import HOME, panda
 
 PLANNER = ArmPlanner(panda())
+FINGERS = (("panda_leftfinger", "block"), ("panda_rightfinger", "block"))
 TABLE = SceneObject("table", Box((1.0, 1.5, 0.05)), from_angles((0.6, 0.0, -0.025), (0, 0, 0)))
 
 
@@ -50,6 +53,36 @@ def test_a_cube_on_a_table():
     assert above[2, 3] - at[2, 3] == pytest.approx(LIFT, abs=1e-4)
     assert first.approach[0] == pytest.approx(first.pre_grasp)
     assert first.lift[0] == pytest.approx(first.approach[-1])
+
+
+def test_a_block_is_picked_and_placed():
+    """Each motion begins where the one before ends; the block ends where it was wanted, 2 mm up."""
+    scene, draw = Scene((TABLE, block((0.04, 0.04, 0.08)))), np.random.default_rng(0)
+    grasp = grasps(PLANNER, "block", scene, HOME, draw)[0]
+    turn = from_angles((0, 0, 0), (0, 0, 0.5))
+    goal = turn @ scene.objects[1].pose
+    goal[2, 3] += 0.002
+    tool = goal @ np.linalg.inv(grasp.holding.held.pose)
+    above = tool.copy()
+    above[2, 3] += LIFT
+    carry = PLANNER.plan_to_pose(grasp.lift[-1], above, grasp.holding, draw)
+    lower = PLANNER.straight(carry[-1], tool, grasp.holding)
+    placed = grasp.holding.released(PLANNER.kinematics.forward(lower[-1]))
+    back = PLANNER.straight(lower[-1], above, placed.touching(*FINGERS))
+    motions = [
+        PLANNER.trajectory(path, surroundings)
+        for path, surroundings in (
+            (PLANNER.plan(HOME, [grasp.pre_grasp], scene, draw), scene),
+            (grasp.approach, grasp.approaching),
+            (grasp.lift, grasp.lifting),
+            (carry, grasp.holding),
+            (lower, grasp.holding),
+            (back, placed.touching(*FINGERS)),
+        )
+    ]
+    for first, second in pairwise(motions):
+        assert second.positions[0] == pytest.approx(first.positions[-1])
+    assert placed.objects[-1].pose == pytest.approx(goal, abs=1e-4)
 
 
 def test_the_fingers_lie_along_the_block_and_touch_nothing_else():

@@ -16,6 +16,8 @@ URDF = """
 <robot name="rover">
   <link name="chassis">
     <collision><geometry><box size="0.6 0.4 0.2"/></geometry></collision>
+    <collision><origin xyz="0.2 0 0.5"/>
+      <geometry><cylinder radius="0.06" length="1"/></geometry></collision>
   </link>
   <link name="wheel">
     <collision><geometry><cylinder radius="0.1" length="0.05"/></geometry></collision>
@@ -74,6 +76,13 @@ def test_the_tool_in_the_frame_of_the_mount():
     assert jacobian[:, 0] == pytest.approx(
         [-0.47 * np.sin(0.5), 0.47 * np.cos(0.5), 0, 0, 0, 1], abs=1e-9
     )
+
+
+def test_what_always_overlaps_is_no_contact():
+    """The boom begins 5 cm from the axis, inside the tube of the chassis; box and wheel are out."""
+    pairs = [tuple(map(MODEL.link_of, pair)) for pair in MODEL.self_pairs]
+    assert sorted(pairs) == [("chassis", "boom"), ("wheel", "boom")]
+    assert Collisions(MODEL, Scene()).contact(np.array([0.0, 0.2])) == ""
 
 
 def test_reach():

@@ -132,6 +132,15 @@ def test_a_line_that_something_blocks_and_one_that_leaves_the_reach():
         PLANNER.straight(HOME, target, Scene())
 
 
+def test_a_line_that_needs_another_posture():
+    """Beyond this pose the solution that continues the line is another one, 0.35 rad away."""
+    start = np.array([0.602, 0.053, 1.928, -1.113, -1.457, 3.505, -0.349])
+    target = PLANNER.kinematics.forward(start)
+    target[:3, 3] = [-0.333, 0.198, 0.809]
+    with pytest.raises(NavigationError, match="in this posture"):
+        PLANNER.straight(start, target, Scene())
+
+
 def test_the_search_finds_the_gap_in_a_wall():
     """A plane with a wall at x = 0 that has a gap of 0.2 at y = 0.8."""
 
