@@ -26,6 +26,9 @@ from stack.types import FloatArray
 SAMPLES = 400
 """Poses of the search for pairs of links that always touch."""
 
+SELF_CLEARANCE = 0.002
+"""Metres that a link keeps to another; pairs that are always nearer are no contacts."""
+
 ALWAYS = 0.95
 """Share of the sampled poses from which on a pair is considered to touch always."""
 
@@ -204,6 +207,8 @@ class ArmModel:
             geometry.addCollisionPair(self.pin.CollisionPair(first, second))
         touching = np.zeros(len(pairs))
         data, results = self.model.createData(), geometry.createData()
+        for request in results.collisionRequests:
+            request.security_margin = SELF_CLEARANCE
         limits = self.description.limits
         generator = stream(0, "self collision")
         for _ in range(SAMPLES):

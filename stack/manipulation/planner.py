@@ -35,7 +35,7 @@ SMALLEST = 0.001
 ITERATIONS = 10_000
 """Samples of a search."""
 
-COARSE = 3.0
+COARSE = 6.0
 """Steps of a search are longer by this factor. The bound on the motion between two checks assumes
 a stretched arm that turns all joints the same way; the true motion is a quarter of it (median) and
 half of it in 99 of 100 steps of the Panda. The result is checked with the bound."""
@@ -150,8 +150,7 @@ class ArmPlanner:
             waypoints.append(found)
         checks = self._checks(start, waypoints[-1:], scene)
         for part in range(1, count + 1):
-            if not checks.is_free(waypoints[part - 1], waypoints[part]):
-                contact = checks.contact(waypoints[part]) or "the arm touches something"
+            if contact := checks.contact_between(waypoints[part - 1], waypoints[part]):
                 raise NavigationError(
                     FailureCode.NO_VALID_PATH,
                     f"the line to {_place(target)} is blocked after "

@@ -79,7 +79,8 @@ def timed(
     Args:
         waypoints: (k, n) positions of the joints.
         limits: of the joints.
-        checks: of the scene; the motion keeps half of their clearance.
+        checks: of the scene; the motion keeps half of their clearance, which is what the checks of
+            the path leave between two poses.
 
     Raises:
         NavigationError: COLLISION_AHEAD if an object moves into the way.
@@ -102,8 +103,7 @@ def first_contact(trajectory: JointTrajectory, checks: Collisions) -> str:
     """
     poses, times = trajectory.positions, trajectory.times.tolist()
     for before, after, time in zip(poses, poses[1:], times[1:], strict=False):
-        if not checks.is_free(before, after, time):
-            contact = checks.contact(after, time) or "the arm touches something"
+        if contact := checks.contact_between(before, after, time):
             return f"after {time:.1f} s {contact}"
     return ""
 

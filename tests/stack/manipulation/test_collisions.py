@@ -81,7 +81,7 @@ def test_a_pose_collides_where_the_distance_is_below_the_clearance(seed):
     scene = scene_of(generator)
     positions = generator.uniform(LIMITS.lower, LIMITS.upper)
     quick = Collisions(panda(), scene, 0.03)
-    if Collisions(panda(), Scene()).collides(positions):
+    if Collisions(panda(), Scene(), 0.03).collides(positions):  # with itself
         assert quick.collides(positions)
     else:
         distance = quick.distance(positions)

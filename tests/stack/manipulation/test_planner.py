@@ -38,9 +38,9 @@ def test_a_path_around_a_wall_is_free():
     path = PLANNER.plan(RIGHT, [LEFT], scene, generator())
     assert path[0] == pytest.approx(RIGHT) and path[-1] == pytest.approx(LEFT)
     touching = Collisions(panda(), scene, 0.0)
-    for first, second in pairwise(path):
+    for first, second in pairwise(path):  # half of the 10 mm remain between the checks
         for share in np.linspace(0.0, 1.0, 50):
-            assert touching.distance(first + share * (second - first)) > 0.0
+            assert touching.distance(first + share * (second - first)) > 0.005
 
 
 def test_the_same_seed_gives_the_same_path_whatever_was_planned_before():
