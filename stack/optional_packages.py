@@ -63,6 +63,7 @@ GTSAM = Package("gtsam", "gtsam>=4.3,<5")
 
 FOXGLOVE = Package("foxglove", "treepilot[foxglove]")
 MODERNGL = Package("moderngl", "treepilot[gl]")
+PINOCCHIO = Package("pinocchio", "treepilot[arm]")
 PYGLS = Package("pygls", "treepilot[lsp]")
 PYSERIAL = Package("serial", "treepilot[serial]")
 PYTHON_CAN = Package("can", "treepilot[can]")

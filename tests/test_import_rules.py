@@ -81,6 +81,7 @@ MAY_IMPORT = {
     "stack.perception": FOUNDATION,
     "stack.safety": FOUNDATION,
     "stack.planning": {"stack.components", *FOUNDATION},
+    "stack.manipulation": FOUNDATION,
     "stack.costmap": {"stack.components", "stack.mapping", *FOUNDATION},
     "stack.control": {"stack.components", "stack.costmap", "stack.safety", *FOUNDATION},
     "stack.sim": {"stack.body", "stack.mapping", "stack.mavlink.origin", *FOUNDATION},
@@ -148,6 +149,8 @@ ONE_PLACE = {
     "textual": {"tui"},
     "typer": {"missions/cli"},
     "gtsam": {"stack/mapping"},
+    "pinocchio": {"stack/manipulation"},
+    "coal": {"stack/manipulation"},
     "pygls": {"missions/editor"},
     "lsprotocol": {"missions/editor"},
     "yaml": {"stack/documents", "stack/mapping"},
@@ -158,6 +161,7 @@ PROVIDED_BY = {
     "yaml": "pyyaml", "cv2": "opencv-python-headless", "zmq": "pyzmq", "rerun": "rerun-sdk",
     "rich": "textual", "pyarrow": "rerun-sdk", "lz4": "mcap", "zstandard": "mcap",
     "lsprotocol": "pygls",
+    "coal": "pinocchio",
 }  # fmt: skip
 """Distributions that install a library of another name, themselves or with their dependencies."""
 
