@@ -31,7 +31,7 @@ from stack.types import Disturbance, FloatArray, Observation, Pose2D
 
 
 class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
-    """Wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
+    """Robot with base, arm, sensors and battery in PyBullet.
 
     Several robots share a world if each is made with the same `simulation`. Time then passes for
     all of them at once: `wait` returns, but time advances when every robot has called it.
@@ -80,6 +80,8 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
         Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
         """
         self._robot.drive.command(command.twist)
+        if self._robot.arm is not None:
+            self._robot.arm.command(command)
         for name, camera in self._robot.cameras.items():
             wanted = command.capture if name == CAMERA else command.depth
             if wanted and camera.is_ready(self.time):

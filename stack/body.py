@@ -19,6 +19,8 @@ from stack.types import (
     STANDSTILL,
     Disturbance,
     FloatArray,
+    GripperCommand,
+    JointTrajectory,
     LoopStatistics,
     Observation,
     Odometry,
@@ -40,12 +42,21 @@ class BodyCommand:
         capture: whether the camera takes pictures; they are rendered or transferred only then.
         depth: whether the depth cameras take pictures.
         emergency_stop: whether an emergency stop stands. A body with a fast loop latches it there.
+            It ends the motion of the arm.
+        trajectory: a new motion of the arm; None: it goes on with the one that it has.
+        gripper: a new command for the gripper; None: it goes on.
+        hold_arm: whether the arm stands on its way, and goes on once this is over.
+        stop_arm: whether the arm stops and forgets its trajectory.
     """
 
     twist: Twist = STANDSTILL
     capture: bool = False
     depth: bool = False
     emergency_stop: bool = False
+    trajectory: JointTrajectory | None = None
+    gripper: GripperCommand | None = None
+    hold_arm: bool = False
+    stop_arm: bool = False
 
 
 LINK, MOTOR, PILOT, CLOCK, FAST_LOOP, HARDWARE = (

@@ -12,19 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.drivetrain.arm_description import ArmDescription
 from stack.drivetrain.drivetrain import Drivetrain, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.drivetrain.skid_steered import Skid
 from stack.drivetrain.wheel_loop import NO_GAINS, WheelGains
 from stack.errors import Finding
 from stack.parameters import parameter
-from stack.types import CameraModel, FloatArray, Footprint, Imu, Pose2D
+from stack.types import CameraModel, FloatArray, Footprint, Imu, LinkJoint, Pose2D
 
 COLUMNS_OF_A_BEAM = 2
 """Columns of a depth picture in a beam of its virtual scan."""
 
 TOUCH = 1e-6
 """Radians between masks that touch: an end in degrees is not exact in radians."""
+
+BASE = "base"
+"""Name of the base frame."""
 
 SCAN_SUFFIX = "_scan"
 """Added to the name of a depth camera for its virtual scan."""
@@ -248,7 +252,7 @@ class RobotDescription:
         footprint: outline in the base frame.
         height: metres; obstacles above it do not block the robot.
         urdf: file with shapes and masses, from which `model` was made.
-        wheels: geometry and URDF joints of the wheels.
+        wheels: geometry and URDF joints of the wheels; `NoWheels` if the base is fixed.
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
         skid: sliding of the wheels in turns; for skid-steered drives only.
@@ -267,6 +271,9 @@ class RobotDescription:
         model: the URDF that the simulation loads: its root is the base frame, its meshes are named
             by absolute paths.
         warnings: about the robot file and the URDF.
+        arm: None without one.
+        links: joints between the base frame, called BASE, and all links of the URDF; parents come
+            before their children.
         actual: the robot that a simulation simulates, when it differs from this description, as a
             real robot does before it is calibrated; None: this one.
     """
@@ -295,6 +302,8 @@ class RobotDescription:
     sensor_drivers: Mapping[str, tuple[str, Mapping[str, Any]]] = field(default_factory=dict)
     actual: RobotDescription | None = None
     wheel_control: WheelGains = NO_GAINS
+    arm: ArmDescription | None = None
+    links: tuple[LinkJoint, ...] = field(default=(), repr=False)
 
     def drawn_by(self, renderer: str) -> RobotDescription:
         """Return the robot with this renderer for all simulated cameras: tiny, gl or auto."""

@@ -168,6 +168,7 @@ class Simulation:
         return RenderRequest(
             self._step, state.position, state.orientation, self.people.all_places,
             dict(self.doors), others, state.velocity, state.spin, robot.seed,
+            tuple(self._engine.blocks()), robot.joint_positions,
         )  # fmt: skip
 
     def _advance_to_due(self) -> None:
@@ -196,8 +197,12 @@ class Simulation:
         steps = until - self._step
         pushed = [robot for robot in self._robots if robot.is_pushed]
         changing = [robot for robot in self._robots if not robot.drive.skip(steps)]
-        if changing or pushed:
+        arms = [robot.arm for robot in self._robots if robot.arm is not None]
+        arms = [arm for arm in arms if arm.is_moving]
+        if changing or pushed or arms:
             for _ in range(steps):
+                for arm in arms:
+                    arm.advance()
                 for robot in changing:
                     robot.drive_wheels()
                 for robot in pushed:

@@ -4,7 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
-from stack.types.arms import GripperCommand, GripperState, JointState, JointTrajectory
+from stack.types.arms import GripperCommand, GripperState, JointState, JointTrajectory, LinkJoint
 from stack.types.camera import CameraModel, CameraState
 from stack.types.detections import (
     NO_OBJECTS,
@@ -103,6 +103,7 @@ __all__ = [
     "GripperState",
     "JointState",
     "JointTrajectory",
+    "LinkJoint",
     "Disturbance",
     "DroppedBox",
     "LiftedRobot",

@@ -19,7 +19,7 @@ from stack.sim.physics.pybullet_engine.renderer import BulletRenderer
 from stack.sim.physics.pybullet_engine.robot import BulletRobot
 from stack.sim.physics.pybullet_engine.scene import Scene, static_shape
 from stack.sim.rates import PHYSICS_PERIOD
-from stack.sim.sensors.requests import RenderSetup
+from stack.sim.sensors.requests import BlockState, RenderSetup
 from stack.sim.worlds.world import World
 from stack.types import CameraModel, FloatArray, Pose2D
 
@@ -90,6 +90,10 @@ class BulletEngine(PhysicsEngine):
     def place_door(self, name: str, closed: bool) -> None:
         """As in `PhysicsEngine`."""
         self.scene.place_door(name, closed)
+
+    def blocks(self) -> list[BlockState]:
+        """As in `PhysicsEngine`."""
+        return self.scene.block_states()
 
     def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
         """As in `PhysicsEngine`."""

@@ -19,6 +19,7 @@ from stack.errors import BodyError
 from stack.sim.physics.engine import Renderer
 from stack.sim.physics.mirrors import MirrorFace
 from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.arm import joint_numbers
 from stack.sim.physics.pybullet_engine.gl_drawing import GlDrawing
 from stack.sim.physics.pybullet_engine.robot import load_robot
 from stack.sim.physics.pybullet_engine.scene import HIDDEN_HEIGHT, Scene
@@ -55,6 +56,7 @@ class BulletRenderer(Renderer):
                 bullet, self._client, setup.world, FilePath(folder), mirror
             )
             self._robot = self._load(setup.model)
+            self._joints = joint_numbers(bullet, self._client, self._robot[0])
             self._others: list[tuple[int, Any]] = []
             self._gl = self._opengl()
 
@@ -123,12 +125,17 @@ class BulletRenderer(Renderer):
 
     def _place_bodies(self, request: RenderRequest) -> None:
         self._place_robot(self._robot, request.position, request.orientation)
+        for name, position in request.joints.items():
+            self._bullet.resetJointState(
+                self._robot[0], self._joints[name], position, physicsClientId=self._client
+            )
         if len(self._others) < len(request.robots):
             self._others += [self._load(model) for model, *_ in request.robots[len(self._others) :]]
             self._draw_new_bodies()
         for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
             self._place_robot(robot, position, orientation)
         self._scene.place_people([(x, y) for x, y, _ in request.people.tolist()])
+        self._scene.place_blocks(request.blocks)
         for name, closed in request.doors.items():
             self._scene.place_door(name, closed)
 
