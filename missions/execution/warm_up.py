@@ -76,8 +76,11 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     choices = plan.choices
     costs, safety = choices["costmap"], choices["safety"]
     memory = ObstacleMemory.kernels(plan.robot)
+    sensors = () if replayed else _sensor_kernels(plan)
+    if not plan.robot.drivetrain.moves:
+        return {"sensors": sensors, "perception": memory}
     found: dict[str, KernelTypes] = {
-        "sensors": () if replayed else _sensor_kernels(plan),
+        "sensors": sensors,
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
         "perception": (*(Tracker.kernels() if plan.robot.all_lidars else ()), *memory),
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),

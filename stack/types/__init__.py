@@ -62,7 +62,6 @@ from stack.types.grids import (
 from stack.types.limitations import Limitation
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
 from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, has_jumped
-from stack.types.places import PlaceSighting
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
@@ -89,6 +88,7 @@ from stack.types.world import (
     MarkerFix,
     MarkerObservation,
     MarkerSighting,
+    PlaceSighting,
     PoseCandidate,
     PoseEstimate,
     RelativePose,

@@ -125,9 +125,9 @@ class BulletRenderer(Renderer):
 
     def _place_bodies(self, request: RenderRequest) -> None:
         self._place_robot(self._robot, request.position, request.orientation)
-        for name, position in request.joints.items():
+        for name, value in request.joints.items():
             self._bullet.resetJointState(
-                self._robot[0], self._joints[name], position, physicsClientId=self._client
+                self._robot[0], self._joints[name], value, physicsClientId=self._client
             )
         if len(self._others) < len(request.robots):
             self._others += [self._load(model) for model, *_ in request.robots[len(self._others) :]]
