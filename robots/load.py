@@ -38,6 +38,7 @@ from robots.fixed_base import (
 )
 from robots.sensor_drivers.kinds import checked_parameters
 from robots.sensors import (
+    check_links,
     check_scan_names,
     named,
     optional,
@@ -143,6 +144,8 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     lidars, sonars = named(top, "lidars", read_lidar), named(top, "sonars", read_sonar)
     depth_cameras = named(top, "depth_cameras", read_depth_camera)
     check_scan_names(top, lidars, depth_cameras)
+    if model is not None:
+        check_links(top, model.links, camera, depth_cameras)
     imu = optional(top, "imu", lambda section: parameters_of(section, ImuDescription))
     battery = parameters_of(top.section("battery"), BatteryDescription)
     drivers = _sensor_drivers(top, [*lidars, *(["lidar"] if lidar is not None else [])])

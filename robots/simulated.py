@@ -13,6 +13,8 @@ with any subset of sensors in use.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from stack.body import (
     Body,
     BodyCommand,
@@ -85,7 +87,9 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
         for name, camera in self._robot.cameras.items():
             wanted = command.capture if name == CAMERA else command.depth
             if wanted and camera.is_ready(self.time):
-                camera.expose(self.time, self._simulation.render_request(self._robot))
+                request = self._simulation.render_request(self._robot)
+                mounted = replace(request, camera=self._robot.camera_now(name))
+                camera.expose(self.time, mounted)
 
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.

@@ -142,7 +142,7 @@ class SonarDescription:
 
 @dataclass(frozen=True)
 class CameraDescription:
-    """A colour camera."""
+    """A colour camera; its mount is in the frame of a link, or in the base frame."""
 
     model: CameraModel
     rate: float = parameter(5.0, "Hz", above=0.0, help="pictures per second while requested")
@@ -162,6 +162,9 @@ class CameraDescription:
         help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
         "gl where it works",
     )  # fmt: skip
+    link: str = parameter(
+        "", help="link of the URDF that carries it, which may be moved; default: the base"
+    )
 
 
 @dataclass(frozen=True)
@@ -177,7 +180,7 @@ class DepthScanDescription:
 
 @dataclass(frozen=True)
 class DepthCameraDescription:
-    """A depth camera: stereo, structured light or time of flight."""
+    """A depth camera: stereo, structured light or time of flight; its mount is as a camera's."""
 
     model: CameraModel
     scan: DepthScanDescription | None = None
@@ -197,6 +200,9 @@ class DepthCameraDescription:
         help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
         "gl where it works",
     )  # fmt: skip
+    link: str = parameter(
+        "", help="link of the URDF that carries it, which may be moved; default: the base"
+    )
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,13 @@ import numpy as np
 
 from stack.body import ContactTally, GroundTruth, SimulationEvent
 from stack.drivetrain.description import (
+    BASE,
     CameraDescription,
     DepthCameraDescription,
     RobotDescription,
 )
 from stack.errors import InputError
+from stack.frames.links import RobotLinks
 from stack.sim.arm import SimulatedArm
 from stack.sim.battery import Battery
 from stack.sim.physics.contacts import ContactCounter, depths
@@ -34,7 +36,7 @@ from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import Push, World
-from stack.types import Measurement, Observation, Pose2D, Twist
+from stack.types import CameraModel, Measurement, Observation, Pose2D, Twist
 
 CAMERA = "camera"
 """Name of the colour camera."""
@@ -89,6 +91,7 @@ class SimulatedRobot:
         }
         self.physics = engine.add_robot(self._actual, start)
         self.arm = _arm_of(description, self.physics)
+        self._links = RobotLinks(description.links, BASE)
         self.cameras = {
             name: Camera(RenderSetup(world, description.model, camera, name), type(engine))
             for name, camera in _cameras(description).items()
@@ -225,6 +228,14 @@ class SimulatedRobot:
         return Observation(
             time, {name: item for name, item in measured.items() if name not in self._silenced}
         )
+
+    def camera_now(self, name: str) -> CameraModel | None:
+        """Return a camera with its mount in the base frame now; None if that does not change."""
+        described = _cameras(self.description)[name]
+        if not described.link:
+            return None
+        pose = self._links.pose(described.link, self.joint_positions)
+        return described.model.mounted_on(pose)
 
     @property
     def joint_positions(self) -> dict[str, float]:

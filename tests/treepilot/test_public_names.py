@@ -24,7 +24,8 @@ NAMES = """
     ControlState Controller CostGrid CostmapFrame CostmapLayer CoveragePlan
     DEFAULT_PLAN_OPTIONS DRIVE_FAILURES DepthImage Detection DriveState Estimator Event
     Expression FREE FREE_COST Failure FailureCode FloatArray FloorLines Footprint Frontier
-    GoalChecker GoalTolerance Gripper GripperCommand GripperState INSCRIBED_COST Image Imu InputError
+    GoalChecker GoalTolerance Gripper GripperCommand GripperState INSCRIBED_COST Image Imu
+    InputError
     JointState JointTrajectory LETHAL_COST Lack LayerUpdate
     Localisation Map Marker MarkerFix MarkerObservation MarkerSighting Match MissionState
     NO_BOX NavigationError OCCUPIED Observation OccupancyGrid Odometry OdometryFusion

@@ -124,11 +124,11 @@ class BulletRenderer(Renderer):
         return pixels[:, :, :3], np.asarray(answer[3], dtype=np.float32).reshape(height, width)
 
     def _place_bodies(self, request: RenderRequest) -> None:
-        self._place_robot(self._robot, request.position, request.orientation)
         for name, value in request.joints.items():
             self._bullet.resetJointState(
                 self._robot[0], self._joints[name], value, physicsClientId=self._client
             )
+        self._place_robot(self._robot, request.position, request.orientation)
         if len(self._others) < len(request.robots):
             self._others += [self._load(model) for model, *_ in request.robots[len(self._others) :]]
             self._draw_new_bodies()
