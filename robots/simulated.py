@@ -26,6 +26,7 @@ from stack.body import (
 )
 from stack.drivetrain.description import RobotDescription
 from stack.sim.disturbances import disturb
+from stack.sim.sensors.requests import BlockState
 from stack.sim.simulated_robot import CAMERA
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
@@ -161,6 +162,11 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
     def take_events(self) -> list[SimulationEvent]:
         """Return the events of the world since the last call, each (kind, sentence)."""
         return self._robot.take_events()
+
+    @property
+    def blocks(self) -> list[BlockState]:
+        """Where the blocks of the world are, in its order."""
+        return self._simulation.blocks
 
     def disturb(self, disturbance: Disturbance) -> None:
         """Drop a box, move a door, push or lift the robot, silence a sensor, set the charge."""

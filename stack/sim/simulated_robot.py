@@ -21,7 +21,7 @@ from stack.errors import InputError
 from stack.frames.links import RobotLinks
 from stack.sim.arm import SimulatedArm
 from stack.sim.battery import Battery
-from stack.sim.physics.contacts import ContactCounter, depths
+from stack.sim.physics.contacts import ContactCounter, depths, is_driving
 from stack.sim.physics.engine import PhysicsEngine, PhysicsRobot, Touch
 from stack.sim.physics.friction import FrictionZones
 from stack.sim.pushes import PushMotion
@@ -36,7 +36,7 @@ from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import Push, World
-from stack.types import CameraModel, Measurement, Observation, Pose2D, Twist
+from stack.types import CameraModel, Measurement, Observation, Pose2D
 
 CAMERA = "camera"
 """Name of the colour camera."""
@@ -363,8 +363,9 @@ class SimulatedRobot:
         if self.is_pushed:
             self._pushed_at = time
         # What touches the robot while it is pushed is the push's contact, not the drive's.
-        own = Twist() if time - self._pushed_at <= PUSH_ENDS else truth.twist
-        if self._contacts.update(time, bool(touching), own):
+        drives = time - self._pushed_at > PUSH_ENDS and is_driving(truth.twist)
+        moves = drives or (self.arm is not None and self.arm.is_moving)
+        if self._contacts.update(time, bool(touching), moves):
             touch, (x, y) = touching[0], touching[0].place
             by = f" of {touch.by}" if touch.by else ""
             self.report(

@@ -11,7 +11,7 @@ from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.rates import PHYSICS_PERIOD, SCENE_RATE, physics_steps
 from stack.sim.scene_state import RobotShape, SceneState
-from stack.sim.sensors.requests import RenderRequest
+from stack.sim.sensors.requests import BlockState, RenderRequest
 from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import World, WorldEvent
@@ -170,6 +170,11 @@ class Simulation:
             dict(self.doors), others, state.velocity, state.spin, robot.seed,
             tuple(self._engine.blocks()), robot.joint_positions,
         )  # fmt: skip
+
+    @property
+    def blocks(self) -> list[BlockState]:
+        """Where the blocks of the world are, in its order."""
+        return self._engine.blocks()
 
     def _advance_to_due(self) -> None:
         steps = min(robot.due for robot in self._active) - self._step
