@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.errors import FrameError
 from stack.types import FloatArray, LinkJoint
 
@@ -18,6 +19,7 @@ class LinkChain:
 
     Attributes:
         names: of the joints that move, base first.
+        fixed: (4, 4) transform behind the last of them, or of all without any.
     """
 
     def __init__(self, joints: Iterable[LinkJoint]) -> None:
@@ -30,24 +32,17 @@ class LinkChain:
                 placed.append(before)
                 before = np.eye(4)
         self.names = tuple(joint.name for joint in moving)
-        self._after: FloatArray = before
-        self._placed = np.array(placed).reshape(-1, 4, 4)
-        turning = np.array([joint.kind != "prismatic" for joint in moving], dtype=bool)
-        axes = np.array([joint.axis for joint in moving]).reshape(-1, 3)
-        # R = 1 + sin(q) K + (1 - cos(q)) K K for a joint that turns, with K the cross product
-        # matrix of its axis; a shift by q times its axis for one that slides.
-        self._crosses = np.zeros((len(moving), 4, 4))
-        x, y, z = (axes * turning[:, None]).T
-        self._crosses[:, 0, 1], self._crosses[:, 0, 2] = -z, y
-        self._crosses[:, 1, 0], self._crosses[:, 1, 2] = z, -x
-        self._crosses[:, 2, 0], self._crosses[:, 2, 1] = -y, x
-        self._squares = self._crosses @ self._crosses
-        self._shifts = np.zeros((len(moving), 4, 4))
-        self._shifts[:, :3, 3] = axes * ~turning[:, None]
-        # Multiplied in advance, so that each lookup multiplies once for each joint.
-        self._crosses, self._squares, self._shifts = (
-            self._placed @ part for part in (self._crosses, self._squares, self._shifts)
-        )
+        self.fixed: FloatArray = before
+        self._placed = np.array(placed, dtype=np.float64).reshape(-1, 4, 4)
+        self._axes = np.array([joint.axis for joint in moving], dtype=np.float64).reshape(-1, 3)
+        self._turns = np.array([joint.kind != "prismatic" for joint in moving], dtype=bool)
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Compiled functions of `pose`."""
+        from stack.frames.kernels import CHAIN
+
+        return CHAIN
 
     def pose(self, positions: Sequence[float] | FloatArray) -> FloatArray:
         """Return the transform (4, 4) upper <- lower.
@@ -55,16 +50,13 @@ class LinkChain:
         Args:
             positions: of the joints `names`, radians or metres.
         """
-        q = np.asarray(positions, dtype=np.float64)[:, None, None]
-        steps = (
-            self._placed + np.sin(q) * self._crosses + (1.0 - np.cos(q)) * self._squares
-            + q * self._shifts
-        )  # fmt: skip
-        found = np.eye(4)
-        for step in steps:
-            found = found @ step
-        last: FloatArray = found @ self._after
-        return last
+        if not self.names:
+            return self.fixed
+        from stack.frames.kernels import chain_pose  # numba, which reading a URDF does not need
+
+        q = np.array(positions, dtype=np.float64)
+        found: FloatArray = chain_pose(self._placed, self._axes, self._turns, q, self.fixed)
+        return found
 
 
 class RobotLinks:

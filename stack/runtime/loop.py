@@ -270,6 +270,7 @@ class Runtime:
             sensors=figures.sensors,
             memory=figures.memory,
             fast_loop=figures.fast_loop,
+            arm=parts.limbs.view(state),
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,

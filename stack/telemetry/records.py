@@ -12,6 +12,7 @@ from stack.errors import TelemetryError
 from stack.mavlink.origin import GeoOrigin
 from stack.types import (
     STANDSTILL,
+    ArmView,
     Battery,
     CameraState,
     ColourMask,
@@ -309,6 +310,7 @@ class Snapshot:
         sensors: how often each sensor delivers.
         memory: of the engine, bytes; 0: unknown.
         fast_loop: timing of the process that holds the hardware; None without one.
+        arm: its joints, tool and gripper; None without an arm.
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.
         depth_image: newest picture of a depth camera.
@@ -360,6 +362,7 @@ class Snapshot:
     depth_points: FloatArray | None = None
     depth_image: DepthImage | None = None
     fast_loop: LoopStatistics | None = None
+    arm: ArmView | None = None
 
     @property
     def safety(self) -> str:

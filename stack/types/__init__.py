@@ -17,6 +17,7 @@ from stack.types.detections import (
 )
 from stack.types.displays import (
     LATENESS_BINS,
+    ArmView,
     LoopStatistics,
     ParameterInfo,
     ParameterTable,
@@ -126,6 +127,7 @@ __all__ = [
     "ContactZone",
     "DockShape",
     "LATENESS_BINS",
+    "ArmView",
     "LINE_COLOURS",
     "FloorLines",
     "Limitation",

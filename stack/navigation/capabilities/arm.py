@@ -19,6 +19,7 @@ from stack.lifecycle import Timers
 from stack.navigation.tasks import MotionTask
 from stack.robot import Arm, Gripper
 from stack.types import (
+    ArmView,
     CurrentStep,
     FailureCode,
     FloatArray,
@@ -257,6 +258,21 @@ class ArmStage:
         trajectory, stops = (None, False) if self.arm is None else self.arm.step(perceived)
         gripper = None if self.gripper is None else self.gripper.step(perceived)
         return ArmOrders(trajectory, gripper, held, stops)
+
+    def view(self, perceived: Perceived) -> ArmView | None:
+        """Return what displays show of the arm; None without one, or before its first joints."""
+        joints = perceived.newest(JOINTS, JointState)
+        tool = None if self.arm is None else self.arm.tool_pose
+        if self.arm is None or joints is None or tool is None:
+            return None
+        limits, gripper = self.arm.description.limits, perceived.newest(GRIPPER, GripperState)
+        fingers = (0.0, 0.0, 0.0)
+        if self.gripper is not None and gripper is not None:
+            fingers = gripper.width, self.gripper.width_max, gripper.force
+        return ArmView(
+            self.arm.joint_names, joints.positions, limits.lower, limits.upper,
+            not self.is_standing(perceived), tool, joints.problem, *fingers,
+        )  # fmt: skip
 
     def is_standing(self, perceived: Perceived) -> bool:
         """Whether all joints stand, by their newest measurement."""
