@@ -59,6 +59,9 @@ class BodyCommand:
     stop_arm: bool = False
 
 
+STOP = BodyCommand(stop_arm=True)
+"""Stand still, with the arm too."""
+
 LINK, MOTOR, PILOT, CLOCK, FAST_LOOP, HARDWARE = (
     "link", "motor", "pilot", "clock", "fast_loop", "hardware",
 )  # fmt: skip

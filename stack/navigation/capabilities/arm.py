@@ -255,7 +255,9 @@ class ArmStage:
 
     def step(self, perceived: Perceived, *, held: bool) -> ArmOrders:
         """Return what the body is told in this step; while held, motions stand on their way."""
-        trajectory, stops = (None, False) if self.arm is None else self.arm.step(perceived)
+        if self.arm is None:
+            return ArmOrders()
+        trajectory, stops = self.arm.step(perceived)
         gripper = None if self.gripper is None else self.gripper.step(perceived)
         return ArmOrders(trajectory, gripper, held, stops)
 
