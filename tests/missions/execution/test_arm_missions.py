@@ -195,7 +195,7 @@ def test_components_that_drive_are_reported_as_without_effect(folder):
     text = "localisation: mcl\nnavigation: {controller: mppi}\nrun: {say: a}\n"
     found = diagnose(mission(folder, text), RunOptions()).findings
     assert {(item.code, item.mark.line) for item in found} == {("W151", 5), ("W151", 6)}
-    assert max(found, key=str).sentence == "estimator: panda_table cannot drive: it has no effect"
+    assert min(found, key=str).sentence == "estimator: panda_table cannot drive: it has no effect"
     assert diagnose(mission(folder, "run: {say: a}\n"), RunOptions()).findings == ()
 
 
