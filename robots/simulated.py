@@ -16,6 +16,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stack.body import (
+    BlockPose,
     Body,
     BodyCommand,
     ContactTally,
@@ -26,7 +27,6 @@ from stack.body import (
 )
 from stack.drivetrain.description import RobotDescription
 from stack.sim.disturbances import disturb
-from stack.sim.sensors.requests import BlockState
 from stack.sim.simulated_robot import CAMERA
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
@@ -164,7 +164,7 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
         return self._robot.take_events()
 
     @property
-    def blocks(self) -> list[BlockState]:
+    def blocks(self) -> list[BlockPose]:
         """Where the blocks of the world are, in its order."""
         return self._simulation.blocks
 

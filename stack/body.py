@@ -9,7 +9,7 @@ own, asked for by type: `SimulatedWorld`, `Replay`, `Engageable`, `AcceptsEstima
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -212,6 +212,13 @@ class SimulationEvent(NamedTuple):
     fields: Mapping[str, Any] = MappingProxyType({})
 
 
+class BlockPose(NamedTuple):
+    """Pose of a block: position, metres, and quaternion x, y, z, w, world frame."""
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+
+
 class FastLoopBody(ABC):
     """What only a body knows whose hardware is held by a fast loop (stack/fast_loop)."""
 
@@ -319,9 +326,14 @@ class SimulatedWorld(ABC):
         """Doors: name -> closed."""
 
     @property
+    def blocks(self) -> Sequence[BlockPose]:
+        """Where the blocks of the world are, in its order; empty without any."""
+        return ()
+
+    @property
     @abstractmethod
     def scene_changes(self) -> int:
-        """Number of door movements so far."""
+        """Number of visible movements of doors and blocks so far."""
 
     @abstractmethod
     def take_events(self) -> list[SimulationEvent]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import dist
 
+from stack.body import BlockPose
 from stack.drivetrain.description import RobotDescription
 from stack.sim.pace import Pace
 from stack.sim.people import People
@@ -11,11 +13,14 @@ from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.rates import PHYSICS_PERIOD, SCENE_RATE, physics_steps
 from stack.sim.scene_state import RobotShape, SceneState
-from stack.sim.sensors.requests import BlockState, RenderRequest
+from stack.sim.sensors.requests import RenderRequest
 from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Pose2D
+
+VISIBLE_MOTION = 0.005
+"""Metres that a block has moved when displays draw it anew."""
 
 SCENE_STEPS = physics_steps("scene period", 1.0 / SCENE_RATE)
 
@@ -38,7 +43,7 @@ class Simulation:
         world: as given.
         pace: of the clock.
         doors: name -> closed.
-        scene_changes: number of door movements so far.
+        scene_changes: number of visible movements of doors and blocks so far.
         boxes: dropped while the simulation runs. Range sensors see them, cameras do not.
     """
 
@@ -55,6 +60,7 @@ class Simulation:
         self.doors = {door.name: door.closed for door in self.world.doors}
         self.scene_changes = 0
         self.boxes: list[RobotShape] = []
+        self._shown_blocks: list[BlockPose] = []
         self.people = People(replace(self.world, people=()), 0)  # until all robots are known
         self._timeline = Timeline(self.world.timeline)
         self._active = list(self._robots)
@@ -172,7 +178,7 @@ class Simulation:
         )  # fmt: skip
 
     @property
-    def blocks(self) -> list[BlockState]:
+    def blocks(self) -> list[BlockPose]:
         """Where the blocks of the world are, in its order."""
         return self._engine.blocks()
 
@@ -234,6 +240,8 @@ class Simulation:
         places = [
             (truth.pose, robot.radius) for robot, truth in zip(self._robots, truths, strict=True)
         ]
+        if self.world.blocks:
+            self._follow_blocks()
         touched: dict[str, float] = {}
         for robot in self._robots:
             for name, depth in robot.touched.items():
@@ -242,6 +250,15 @@ class Simulation:
             self._engine.place_people(self.people.positions)
         for robot, truth in zip(self._robots, truths, strict=True):
             robot.update_scene(self.time, period, truth)
+
+    def _follow_blocks(self) -> None:
+        """Count a change of the scene when a block has moved visibly."""
+        blocks = self.blocks
+        known = self._shown_blocks or blocks
+        moved = (dist(now[0], then[0]) for now, then in zip(blocks, known, strict=True))
+        if not self._shown_blocks or max(moved) > VISIBLE_MOTION:
+            self.scene_changes += bool(self._shown_blocks)
+            self._shown_blocks = blocks
 
     def _apply_due_events(self) -> None:
         poses = [robot.truth.pose for robot in self._robots]

@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.body import GroundTruth
+from stack.body import BlockPose, GroundTruth
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.errors import InputError
 from stack.sim.physics.mirrors import MirrorFace
-from stack.sim.sensors.requests import BlockState, RenderRequest, RenderSetup
+from stack.sim.sensors.requests import RenderRequest, RenderSetup
 from stack.sim.worlds.world import World
 from stack.types import CameraModel, FloatArray, Pose2D, Twist
 
@@ -252,7 +252,7 @@ class PhysicsEngine(ABC):
         """Move a door into its gap, or out of reach."""
 
     @abstractmethod
-    def blocks(self) -> list[BlockState]:
+    def blocks(self) -> list[BlockPose]:
         """Return where the blocks of the world are, in its order."""
 
     def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
+from stack.body import BlockPose
 from stack.drivetrain.description import CameraDescription, DepthCameraDescription
 from stack.sim.worlds.world import World
 from stack.types import CameraModel, FloatArray
@@ -25,13 +25,6 @@ class RenderSetup:
     model: str
     camera: CameraDescription | DepthCameraDescription
     name: str = "camera"
-
-
-class BlockState(NamedTuple):
-    """Pose of a block: position, metres, and quaternion x, y, z, w, world frame."""
-
-    position: Position
-    orientation: Quaternion
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +55,6 @@ class RenderRequest:
     velocity: Position = (0.0, 0.0, 0.0)
     spin: Position = (0.0, 0.0, 0.0)
     seed: int = 0
-    blocks: tuple[BlockState, ...] = ()
+    blocks: tuple[BlockPose, ...] = ()
     joints: Mapping[str, float] = field(default_factory=dict)
     camera: CameraModel | None = None

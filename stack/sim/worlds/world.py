@@ -360,7 +360,6 @@ class World:
     bounds: tuple[float, float, float, float]
     walls: tuple[Wall, ...] = ()
     boxes: tuple[Box, ...] = ()
-    blocks: tuple[Block, ...] = ()
     cylinders: tuple[Cylinder, ...] = ()
     doors: tuple[Door, ...] = ()
     markers: tuple[Marker, ...] = ()
@@ -382,3 +381,4 @@ class World:
     origin: GeoOrigin | None = None
     source: FilePath | None = None
     warnings: tuple[Finding, ...] = ()
+    blocks: tuple[Block, ...] = ()

@@ -97,6 +97,17 @@ def test_a_snapshot_shows_the_arm(live):
     )  # fmt: skip
 
 
+def test_displays_get_the_blocks_where_they_are(live):
+    run = live("run: {wait: 1 s}\n")
+    run.steps(3)
+    shapes = run.snapshot.layers["scene"].content
+    [green] = [shape for shape in shapes if shape.colour == (0.1, 0.6, 0.2)]
+    # World file: at [0.60, 0.12, 20 deg], 5 cm wide, its underside at 60 cm.
+    assert (green.pose.x, green.pose.y) == pytest.approx((0.6, 0.12), abs=1e-3)
+    assert green.pose.heading == pytest.approx(np.radians(20.0), abs=1e-3)
+    assert (green.lift, green.size) == (pytest.approx(0.6, abs=1e-3), (0.05, 0.05, 0.05))
+
+
 @pytest.mark.parametrize("make_body", [None, scripted], ids=["simulated", "scripted"])
 def test_a_pause_holds_the_arm_on_its_way_and_its_time_does_not_count(live, make_body):
     run = live(SWING, make_body)

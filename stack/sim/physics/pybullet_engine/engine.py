@@ -10,6 +10,7 @@ from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from stack.body import BlockPose
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.sim.physics.engine import GRAVITY, PhysicsEngine
 from stack.sim.physics.mirrors import MirrorFace
@@ -19,7 +20,7 @@ from stack.sim.physics.pybullet_engine.renderer import BulletRenderer
 from stack.sim.physics.pybullet_engine.robot import BulletRobot
 from stack.sim.physics.pybullet_engine.scene import Scene, static_shape
 from stack.sim.rates import PHYSICS_PERIOD
-from stack.sim.sensors.requests import BlockState, RenderSetup
+from stack.sim.sensors.requests import RenderSetup
 from stack.sim.worlds.world import World
 from stack.types import CameraModel, FloatArray, Pose2D
 
@@ -91,7 +92,7 @@ class BulletEngine(PhysicsEngine):
         """As in `PhysicsEngine`."""
         self.scene.place_door(name, closed)
 
-    def blocks(self) -> list[BlockState]:
+    def blocks(self) -> list[BlockPose]:
         """As in `PhysicsEngine`."""
         return self.scene.block_states()
 

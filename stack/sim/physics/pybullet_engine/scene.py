@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stack.body import BlockPose
 from stack.sim.physics.meshes import (
     Key,
     board_obj_text,
@@ -34,7 +35,6 @@ from stack.sim.physics.textures import (
     poster_picture,
     texture_picture,
 )
-from stack.sim.sensors.requests import BlockState
 from stack.sim.worlds.world import PERSON_HEIGHT, Block, Colour, Door, World
 from stack.types import FloatArray, Pose2D
 
@@ -200,15 +200,15 @@ class Scene:
         """Whether a body is a block of the world."""
         return body in self._blocks
 
-    def block_states(self) -> list[BlockState]:
+    def block_states(self) -> list[BlockPose]:
         """Return where the blocks are, in the order of the world."""
         states = (
             self.bullet.getBasePositionAndOrientation(body, physicsClientId=self.client)
             for body in self._blocks
         )
-        return [BlockState(position, orientation) for position, orientation in states]
+        return [BlockPose(position, orientation) for position, orientation in states]
 
-    def place_blocks(self, states: Sequence[BlockState]) -> None:
+    def place_blocks(self, states: Sequence[BlockPose]) -> None:
         """Move the blocks to poses, in the order of the world."""
         for body, (position, orientation) in zip(self._blocks, states, strict=True):
             shown = self._shows(position[:2])
