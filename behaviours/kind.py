@@ -91,6 +91,10 @@ class BehaviourKind(BehaviourTraits):
         return issubclass(self.cls, RobotBehaviour)
 
 
+BASE = "base"
+"""What behaviours with `uses_wheels` need."""
+
+
 class UnusableClass(Exception):
     """A class or module that missions cannot use; the message says why."""
 
@@ -170,6 +174,8 @@ def kind_of(name: str, cls: type) -> BehaviourKind:
         raise UnusableClass(problem)
     traits = {trait.name: getattr(declared, trait.name) for trait in fields(BehaviourTraits)}
     traits["takes_time"] = declared.uses_wheels or declared.takes_time
+    if declared.uses_wheels and BASE not in declared.needs:
+        traits["needs"] = (BASE, *declared.needs)
     traits.update(_PLAIN.get(cls, {}))
     return BehaviourKind(
         name=name, cls=cls, ports=ports, outputs=outputs, doc=inspect.cleandoc(cls.__doc__ or ""),

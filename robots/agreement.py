@@ -214,8 +214,11 @@ def compare_body(
     top: Section, model: RobotModel, base: FloatArray, robot: RobotDescription
 ) -> None:
     """Warn of shapes outside footprint and height, and of sensors away from their links."""
+    of_arm = _links_of_arm(model, robot)
     points = {
-        name: points_of(model, name, "collision", meshes=False) - base for name in model.links
+        name: points_of(model, name, "collision", meshes=False) - base
+        for name in model.links
+        if name not in of_arm
     }
     outside = {name: _beyond(at[:, :2], robot.footprint.points) for name, at in points.items()}
     above = {name: float(at[:, 2].max(initial=0.0)) - robot.height for name, at in points.items()}
@@ -232,6 +235,14 @@ def compare_body(
     _compare_mounts(top, model, base, robot)
     _check_supports(top, model, points)
     _check_tipping(top, model, base, robot)
+
+
+def _links_of_arm(model: RobotModel, robot: RobotDescription) -> set[str]:
+    """The links that an arm moves: they are not part of the outline."""
+    if robot.arm is None:
+        return set()
+    first = model.joints[robot.arm.joints[0]]
+    return {first.child, *(joint.child for joint in model.downwards(first.child))}
 
 
 def _check_supports(top: Section, model: RobotModel, points: Mapping[str, FloatArray]) -> None:

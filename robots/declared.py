@@ -9,6 +9,7 @@ from stack.parameters import Declaration
 SHAPE = "E301"
 URDF = "E302"
 FOOTPRINT = "E303"
+ARM = "E304"
 LEFT_OUT = "W302"
 DIFFERS = "W303"
 

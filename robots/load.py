@@ -1,7 +1,8 @@
 """Reader of robot.yaml and the URDF next to it; reports all findings at once.
 
-robots.wheels reads the section `wheels`.
-Codes: E301 shape and values · E302, W302 the URDF · E303 the footprint · W303 differences.
+robots.wheels reads the section `wheels`, robots.arm the section `arm`.
+Codes: E301 shape and values · E302, W302 the URDF · E303 the footprint · W303 differences ·
+E304 the arm.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from robots.agreement import check_radii, compare_body, place_on_wheels
+from robots.arm import read_arm
 from robots.bodies import find_body
 from robots.declared import (
     FOOTPRINT,
@@ -24,10 +26,19 @@ from robots.declared import (
     URDF_FILE,
     X,
     Y,
-    length,
+)
+from robots.fixed_base import (
+    is_fixed,
+    measured_footprint,
+    measured_height,
+    on_column,
+    read_height,
+    read_mount,
+    standing,
 )
 from robots.sensor_drivers.kinds import checked_parameters
 from robots.sensors import (
+    check_links,
     check_scan_names,
     named,
     optional,
@@ -39,6 +50,7 @@ from robots.sensors import (
 )
 from robots.urdf.model import RobotModel
 from robots.urdf.one_axle import on_one_axle
+from robots.urdf.packages import PackageSearch
 from robots.urdf.physics import physics_urdf
 from robots.urdf.reading import UrdfSource, read_urdf
 from robots.wheels import (
@@ -50,11 +62,13 @@ from robots.wheels import (
 )
 from stack.documents import Finding, Findings, Node, Section, read_document
 from stack.drivetrain.description import (
+    BASE,
     BatteryDescription,
     ImuDescription,
     OdometryNoise,
     RobotDescription,
 )
+from stack.drivetrain.fixed import NoWheels
 from stack.drivetrain.limits import Limits
 from stack.drivetrain.wheel_loop import WheelGains
 from stack.errors import InputError, ParameterError
@@ -69,7 +83,7 @@ ACTUAL = Declaration(
     "robot file of the robot that is simulated, with its real wheels and mounts; default: this one",
     default="",
 )  # fmt: skip
-KEYS = ("robot", "footprint", "wheels", "urdf", "height", "limits", "lidar", "odometry")
+KEYS = ("robot", "footprint", "wheels", "urdf", "height", "limits", "lidar", "odometry", "arm")
 """Of a robot file; a file without any is of another kind."""
 
 
@@ -115,11 +129,12 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     top.value(Declaration("doc", str, "description", default=""))
     body, body_parameters = _body(top)
     actual_name = top.value(ACTUAL)
-    footprint = _footprint(top)
-    height = top.value(length("height", "height of the whole robot"))
-    wheels = read_wheels(top)
+    fixed = is_fixed(top)
+    footprint, height = _footprint(top, required=not fixed), read_height(top, fixed=fixed)
+    wheels = NoWheels() if fixed else read_wheels(top)
     source = _source(top, path)
     model = None if source is None else _model(top, source)
+    mount, arm = read_mount(top, fixed=fixed), read_arm(top, model)
     limits = parameters_of(top.section("limits"), Limits)
     check_lateral_speed(top, wheels, limits)
     skid = read_skid(top, wheels)
@@ -129,26 +144,35 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     lidars, sonars = named(top, "lidars", read_lidar), named(top, "sonars", read_sonar)
     depth_cameras = named(top, "depth_cameras", read_depth_camera)
     check_scan_names(top, lidars, depth_cameras)
+    if model is not None:
+        check_links(top, model.links, camera, depth_cameras)
     imu = optional(top, "imu", lambda section: parameters_of(section, ImuDescription))
     battery = parameters_of(top.section("battery"), BatteryDescription)
     drivers = _sensor_drivers(top, [*lidars, *(["lidar"] if lidar is not None else [])])
     components = _components(top)
     top.done()
     placement = simulated = None
-    if model is not None and wheels is not None and check_joints(top, model, wheels):
+    if model is not None and fixed:
+        simulated, placement = on_column(model, mount), standing(mount)
+        footprint = footprint or measured_footprint(model)
+        height = height or measured_height(model, mount)
+    elif model is not None and wheels is not None and check_joints(top, model, wheels):
         check_radii(top, model, wheels)
         simulated = on_one_axle(model, wheels.sides, wheels.radius)
         placement = place_on_wheels(top, simulated, wheels)
         wheels = as_modelled(top, wheels, placement.at)
     findings.raise_errors()
     assert footprint is not None and wheels is not None and source is not None
+    assert height is not None
     assert model is not None and placement is not None and simulated is not None
-    text = physics_urdf(simulated, placement.base, placement.turned, findings)
+    driven = () if arm is None else arm.all_joints
+    text = physics_urdf(simulated, placement.base, placement.turned, findings, driven)
     findings.raise_errors()
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
         battery, components, path, lidars, sonars, body, skid, depth_cameras, text,
         body_parameters=body_parameters, sensor_drivers=drivers, wheel_control=gains,
+        arm=arm, links=model.links_below(BASE, placement.base),
     )  # fmt: skip
     compare_body(top, model, placement.base, robot)
     actual = _actual(top, robot, path, actual_name) if actual_name else None
@@ -177,12 +201,12 @@ def _actual(
     return actual
 
 
-def _footprint(top: Section) -> Footprint | None:
+def _footprint(top: Section, *, required: bool) -> Footprint | None:
     """Read a footprint: the radius of a circle, or the corners of a polygon.
 
     Clockwise corners are reversed.
     """
-    node = top.node_of("footprint", required=True)
+    node = top.node_of("footprint", required=required)
     if node is None:
         return None
     if node.is_mapping:
@@ -230,7 +254,7 @@ def _source(top: Section, path: Path) -> UrdfSource | None:
         return None
     if not node.is_mapping:
         if isinstance(node.value, str):
-            return UrdfSource(path.parent / node.value)
+            return UrdfSource(_file(top, node, node.value, path))
         top.findings.add(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
         return None
     section = top.part("urdf", node)
@@ -242,7 +266,21 @@ def _source(top: Section, path: Path) -> UrdfSource | None:
         return None
     given = {f"{key.value}": _argument(value.value) for key, value in entries}
     folders = tuple(path.parent / Path(folder).expanduser() for folder in packages)
-    return UrdfSource(path.parent / file, folders, given)
+    at = section.node.get(URDF_FILE.name) or node
+    return UrdfSource(_file(top, at, file, path, folders), folders, given)
+
+
+def _file(
+    top: Section, node: Node, named: str, path: Path, packages: tuple[Path, ...] = ()
+) -> Path:
+    """The URDF that a robot file names: a path beside it, or `package://NAME/path`."""
+    found = PackageSearch(path, packages).resolve(named, path.parent)
+    if found is None:
+        package = named.partition("://")[2].partition("/")[0]
+        sentence = f"urdf: {named}: the package {package!r} is not found"
+        hint = "install the Python or ROS package, or list its folder: urdf: {file, packages}"
+        top.findings.add(URDF, node.mark, sentence, hint)
+    return found or path.parent / named
 
 
 def _argument(value: object) -> str:

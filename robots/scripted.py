@@ -16,15 +16,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from stack.body import DEAD_MAN, Body, BodyCommand, BodyHealth
+from stack.drivetrain.arm_description import ArmDescription
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import moved, scaled, share_within_limits
 from stack.schedule import Schedule
+from stack.sim.arm import targets_at
 from stack.sim.scene_state import SceneState
 from stack.sim.worlds.world import World
 from stack.types import (
     STANDSTILL,
     Battery,
+    GripperState,
+    JointState,
+    JointTrajectory,
     Measurement,
     Observation,
     Odometry,
@@ -74,11 +81,53 @@ def scans_of(robot: RobotDescription, world: World) -> Script:
     return measure
 
 
-class ScriptedBody(Body):
-    """Robot with a perfect drive and scripted measurements.
+class IdealArm:
+    """An arm that is where its trajectory is, and a gripper that is as wide as commanded.
 
-    Wheel odometry and battery are always measured; the script may replace them. The odometry
-    starts at the origin of the odom frame.
+    Args:
+        description: of the arm.
+    """
+
+    def __init__(self, description: ArmDescription) -> None:
+        self._description = description
+        self._trajectory: JointTrajectory | None = None
+        self._time, self._holds = 0.0, False
+        self._positions = description.postures["home"]
+        self._velocities = np.zeros_like(self._positions)
+        self._width = 0.0 if description.gripper is None else description.gripper.width_max
+
+    def command(self, command: BodyCommand) -> None:
+        """Begin, hold, continue or end a motion."""
+        if command.trajectory is not None:
+            self._trajectory, self._time = command.trajectory, 0.0
+        if command.emergency_stop or command.stop_arm:
+            self._trajectory = None
+        self._holds = command.hold_arm
+        if command.gripper is not None:
+            self._width = command.gripper.width
+
+    def advance(self, period: float) -> None:
+        """Move for `period` seconds."""
+        self._velocities = np.zeros_like(self._positions)
+        if self._trajectory is None or self._holds:
+            return
+        self._time = min(self._time + period, self._trajectory.duration)
+        self._positions, self._velocities = targets_at(self._trajectory, self._time)
+
+    def measured(self, time: float) -> dict[str, Measurement]:
+        """Return joints and gripper."""
+        efforts = np.zeros_like(self._positions)
+        joints = JointState(time, self._positions, self._velocities, efforts)
+        if self._description.gripper is None:
+            return {"joints": joints}
+        return {"joints": joints, "gripper": GripperState(time, self._width, 0.0, moving=False)}
+
+
+class ScriptedBody(Body):
+    """Robot with a perfect drive, a perfect arm and scripted measurements.
+
+    Wheel odometry, joints and battery are always measured; the script may replace them. The
+    odometry starts at the origin of the odom frame, the arm at its posture `home`.
 
     Args:
         description: limits and kind of drive.
@@ -97,6 +146,7 @@ class ScriptedBody(Body):
         self._time, self._commanded_at = 0.0, 0.0
         self.commands: list[BodyCommand] = []
         self._twist = STANDSTILL
+        self._arm = None if description.arm is None else IdealArm(description.arm)
 
     @property
     def description(self) -> RobotDescription:
@@ -115,11 +165,13 @@ class ScriptedBody(Body):
         return BodyHealth(due[-1] if due else "")
 
     def sense(self) -> Observation:
-        """Return wheel odometry, battery and the script's measurements."""
-        wheels = Odometry(self._time, self.pose.relative_to(self._start), self._twist)
-        measured: dict[str, Measurement] = {
-            "wheels": wheels, "battery": Battery(1.0, stamp=self._time),
-        }  # fmt: skip
+        """Return wheel odometry, joints, battery and the script's measurements."""
+        measured: dict[str, Measurement] = {"battery": Battery(1.0, stamp=self._time)}
+        if self._description.drivetrain.moves:
+            odometry = self.pose.relative_to(self._start)
+            measured["wheels"] = Odometry(self._time, odometry, self._twist)
+        if self._arm is not None:
+            measured |= self._arm.measured(self._time)
         return Observation(self._time, measured | dict(self._script(self._time, self.pose)))
 
     def command(self, command: BodyCommand) -> None:
@@ -128,11 +180,16 @@ class ScriptedBody(Body):
         self._commanded_at = self._time
         twist = self._description.drivetrain.feasible(command.twist)
         self._twist = scaled(twist, share_within_limits(twist, self._description.limits))
+        if self._arm is not None:
+            self._arm.command(command)
 
     def wait(self, period: float) -> None:
         """Move for `period` seconds; stop when the last command is too old."""
-        if self._time - self._commanded_at > DEAD_MAN + 1e-9:
+        is_stale = self._time - self._commanded_at > DEAD_MAN + 1e-9
+        if is_stale:
             self._twist = STANDSTILL
+        if self._arm is not None and not is_stale:
+            self._arm.advance(period)
         self.pose = self.pose.compose(moved(self._twist, period))
         self._time = round(self._time + period, 9)
 

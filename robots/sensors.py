@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from math import degrees, pi, radians, remainder, tan
 from typing import Any, TypeVar
 
 from robots.declared import SHAPE, X, Y, Z
-from stack.documents import Section
+from stack.documents import Node, Section
 from stack.drivetrain.description import (
     SCAN_SUFFIX,
     CameraDescription,
@@ -16,7 +16,7 @@ from stack.drivetrain.description import (
     LidarDescription,
     SonarDescription,
 )
-from stack.parameters import Declaration
+from stack.parameters import Declaration, suggestion
 from stack.sim.worlds.values import fields_of
 from stack.types import DISTORTION, CameraModel, Pose2D
 
@@ -57,6 +57,10 @@ YAW = Declaration("yaw", float, "positive to the left", "rad", 0.0, at_least=-pi
 PITCH = Declaration(
     "pitch", float, "positive looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2
 )
+CAMERA_ROLL = Declaration(
+    "roll", float, "about the optical axis, clockwise", "rad", 0.0, at_least=-pi - 1e-6,
+    at_most=pi + 1e-6,
+)  # fmt: skip
 PIXELS = tuple(
     Declaration(
         name, int, f"{name} of the picture in pixels", default=default, at_least=16, at_most=4096
@@ -173,6 +177,7 @@ def _model(section: Section) -> CameraModel:
     model = CameraModel(
         width, height, fx, (x, y, z), section.value(PITCH), section.value(YAW), fy,
         centre, distortion if any(distortion) else (),  # type: ignore[arg-type]
+        section.value(CAMERA_ROLL),
     )  # fmt: skip
     _check_lens(section, model)
     return model
@@ -223,6 +228,35 @@ def check_scan_names(
         if camera.scan is not None and scan in lidars:
             sentence = f"lidars: the name `{scan}` is that of the scan of the depth camera `{name}`"
             top.findings.add(SHAPE, top.key_mark("lidars"), sentence)
+
+
+def check_links(
+    top: Section, links: Collection[str], camera: CameraDescription | None,
+    depth_cameras: Mapping[str, DepthCameraDescription],
+) -> None:  # fmt: skip
+    """Report cameras on links that the URDF does not have, and scans of cameras that move.
+
+    Args:
+        top: the robot file.
+        links: of the URDF.
+        camera: of colours.
+        depth_cameras: by name.
+    """
+    listed = top.node.get("depth_cameras")
+    nodes = {name: listed.get(name) if listed is not None else None for name in depth_cameras}
+    every: list[tuple[str, Node | None, CameraDescription | DepthCameraDescription]] = [
+        (name, nodes[name], described) for name, described in depth_cameras.items()
+    ]
+    if camera is not None:
+        every.append(("camera", top.node.get("camera"), camera))
+    for name, node, described in every:
+        mark = top.mark if node is None else (node.get("link") or node).mark
+        if described.link and described.link not in links:
+            sentence = f"{name}: link: the URDF has no link {described.link!r}"
+            top.findings.add(SHAPE, mark, sentence, suggestion(described.link, links))
+        elif described.link and isinstance(described, DepthCameraDescription) and described.scan:
+            sentence = f"{name}: a camera on a link that moves has no scan"
+            top.findings.add(SHAPE, mark, sentence, "remove `scan`, or mount it on the base")
 
 
 def optional(top: Section, key: str, read: Callable[[Section], T]) -> T | None:

@@ -13,7 +13,10 @@ with any subset of sensors in use.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from stack.body import (
+    BlockPose,
     Body,
     BodyCommand,
     ContactTally,
@@ -31,7 +34,7 @@ from stack.types import Disturbance, FloatArray, Observation, Pose2D
 
 
 class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
-    """Wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
+    """Robot with base, arm, sensors and battery in PyBullet.
 
     Several robots share a world if each is made with the same `simulation`. Time then passes for
     all of them at once: `wait` returns, but time advances when every robot has called it.
@@ -80,10 +83,14 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
         Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
         """
         self._robot.drive.command(command.twist, command.emergency_stop)
+        if self._robot.arm is not None:
+            self._robot.arm.command(command)
         for name, camera in self._robot.cameras.items():
             wanted = command.capture if name == CAMERA else command.depth
             if wanted and camera.is_ready(self.time):
-                camera.expose(self.time, self._simulation.render_request(self._robot))
+                request = self._simulation.render_request(self._robot)
+                mounted = replace(request, camera=self._robot.camera_now(name))
+                camera.expose(self.time, mounted)
 
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.
@@ -155,6 +162,11 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
     def take_events(self) -> list[SimulationEvent]:
         """Return the events of the world since the last call, each (kind, sentence)."""
         return self._robot.take_events()
+
+    @property
+    def blocks(self) -> list[BlockPose]:
+        """Where the blocks of the world are, in its order."""
+        return self._simulation.blocks
 
     def disturb(self, disturbance: Disturbance) -> None:
         """Drop a box, move a door, push or lift the robot, silence a sensor, set the charge."""

@@ -9,7 +9,7 @@ own, asked for by type: `SimulatedWorld`, `Replay`, `Engageable`, `AcceptsEstima
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -19,6 +19,8 @@ from stack.types import (
     STANDSTILL,
     Disturbance,
     FloatArray,
+    GripperCommand,
+    JointTrajectory,
     LoopStatistics,
     Observation,
     Odometry,
@@ -44,13 +46,25 @@ class BodyCommand:
         capture: whether the camera takes pictures; they are rendered or transferred only then.
         depth: whether the depth cameras take pictures.
         emergency_stop: whether an emergency stop stands. A body with a fast loop latches it there.
+            It ends the motion of the arm.
+        trajectory: a new motion of the arm; None: it goes on with the one that it has.
+        gripper: a new command for the gripper; None: it goes on.
+        hold_arm: whether the arm stands on its way, and goes on once this is over.
+        stop_arm: whether the arm stops and forgets its trajectory.
     """
 
     twist: Twist = STANDSTILL
     capture: bool = False
     depth: bool = False
     emergency_stop: bool = False
+    trajectory: JointTrajectory | None = None
+    gripper: GripperCommand | None = None
+    hold_arm: bool = False
+    stop_arm: bool = False
 
+
+STOP = BodyCommand(stop_arm=True)
+"""Stand still, with the arm too."""
 
 LINK, MOTOR, PILOT, CLOCK, FAST_LOOP, HARDWARE = (
     "link", "motor", "pilot", "clock", "fast_loop", "hardware",
@@ -202,6 +216,13 @@ class SimulationEvent(NamedTuple):
     fields: Mapping[str, Any] = MappingProxyType({})
 
 
+class BlockPose(NamedTuple):
+    """Pose of a block: position, metres, and quaternion x, y, z, w, world frame."""
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+
+
 class FastLoopBody(ABC):
     """What only a body knows whose hardware is held by a fast loop (stack/fast_loop)."""
 
@@ -309,9 +330,14 @@ class SimulatedWorld(ABC):
         """Doors: name -> closed."""
 
     @property
+    def blocks(self) -> Sequence[BlockPose]:
+        """Where the blocks of the world are, in its order; empty without any."""
+        return ()
+
+    @property
     @abstractmethod
     def scene_changes(self) -> int:
-        """Number of door movements so far."""
+        """Number of visible movements of doors and blocks so far."""
 
     @abstractmethod
     def take_events(self) -> list[SimulationEvent]:

@@ -15,10 +15,14 @@ from stack.types import (
     CoveragePlan,
     Detection,
     Failure,
+    FloatArray,
     FloorLines,
     Footprint,
     Frontier,
+    GripperState,
     Image,
+    JointState,
+    JointTrajectory,
     LineColour,
     Marker,
     MarkerSighting,
@@ -435,6 +439,57 @@ class Perception(Protocol):
         """
 
 
+class Arm(Protocol):
+    """The arm of the robot: joints, and motions that were planned before."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """URDF names of the joints, from the base to the hand."""
+
+    @property
+    def postures(self) -> Mapping[str, FloatArray]:
+        """Named positions (n,) of the joints, radians; `home` is always one."""
+
+    @property
+    def joints(self) -> JointState | None:
+        """The newest measurement; None before the first one."""
+
+    @property
+    def tool_pose(self) -> FloatArray | None:
+        """Measured pose (4, 4) of the tool in the base frame, metres; None as for `joints`."""
+
+    def follow(self, trajectory: JointTrajectory) -> Task:
+        """Move along a trajectory that begins where the arm is and ends at rest.
+
+        Raises:
+            ParameterError: it begins elsewhere, goes beyond the limits of a joint, or does not end
+                at rest.
+        """
+
+
+class Gripper(Protocol):
+    """The gripper of the robot."""
+
+    @property
+    def state(self) -> GripperState | None:
+        """The newest measurement; None before the first one."""
+
+    @property
+    def width_max(self) -> float:
+        """Distance between the open fingers, metres."""
+
+    def move(self, width: float, force: float | None = None) -> Task:
+        """Move the fingers until they reach a width or hold something; both are a success.
+
+        Args:
+            width: distance between the fingers, metres.
+            force: with which they press at most, N; None: the largest.
+
+        Raises:
+            ParameterError: the gripper cannot open so wide, or press so hard.
+        """
+
+
 class Robot(Protocol):
     """Interface of the robot for behaviours: its capabilities, its clock, its operator.
 
@@ -453,6 +508,22 @@ class Robot(Protocol):
     @property
     def map(self) -> Map:
         """What it knows of its surroundings."""
+
+    @property
+    def arm(self) -> Arm:
+        """Joints and motions of the arm.
+
+        Raises:
+            ParameterError: the robot has none.
+        """
+
+    @property
+    def gripper(self) -> Gripper:
+        """The gripper.
+
+        Raises:
+            ParameterError: the robot has none.
+        """
 
     @property
     def perception(self) -> Perception:

@@ -209,8 +209,12 @@ class Follower:
             self.snippet(block)
 
     def robot(self, block: Block) -> None:
-        """The robot file beside a URDF with the joints that it names."""
+        """The robot file beside a URDF with the joints that it names; of a package as it is."""
         robot = plain(block.text)
+        if robot["urdf"].startswith("package://"):
+            (self.folder / "arm.yaml").write_text(block.text, "utf-8")
+            assert findings(self.folder / "arm.yaml") == []
+            return
         tree = ElementTree.Element("robot", name=robot["robot"])
         base = ElementTree.SubElement(tree, "link", name="base")
         _add_mass(base)

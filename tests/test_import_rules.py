@@ -56,7 +56,9 @@ MAY_IMPORT = {
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types", "stack.kernel_cache"},
-    "stack.frames": {"stack.types", "stack.errors"},
+    "stack.frames": {
+        "stack.types", "stack.errors", "stack.kernel_cache", "stack.compilation",
+    },
     "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters", "stack.kernel_cache"},
     "stack.fast_loop": {  # a process of its own: the brain's packages stay out of it
         "stack.types", "stack.errors", "stack.parameters", "stack.drivetrain", "stack.kernel_cache",

@@ -56,7 +56,9 @@ from stack.errors import TreepilotError as TreepilotError
 from stack.fast_loop.driver import Lack as Lack
 from stack.lifecycle import Timers as Timers
 from stack.parameters import parameter as parameter
+from stack.robot import Arm as Arm
 from stack.robot import Base as Base
+from stack.robot import Gripper as Gripper
 from stack.robot import Localisation as Localisation
 from stack.robot import Map as Map
 from stack.robot import Perception as Perception
@@ -90,8 +92,12 @@ from stack.types import FloatArray as FloatArray
 from stack.types import FloorLines as FloorLines
 from stack.types import Footprint as Footprint
 from stack.types import Frontier as Frontier
+from stack.types import GripperCommand as GripperCommand
+from stack.types import GripperState as GripperState
 from stack.types import Image as Image
 from stack.types import Imu as Imu
+from stack.types import JointState as JointState
+from stack.types import JointTrajectory as JointTrajectory
 from stack.types import Marker as Marker
 from stack.types import MarkerFix as MarkerFix
 from stack.types import MarkerObservation as MarkerObservation

@@ -20,6 +20,7 @@ class SetPose(RobotBehaviour):
     )
 
     can_fail = False
+    needs = ("base",)
     fails_with = ()
 
     def update(self) -> Status:

@@ -21,6 +21,7 @@ class LoadMap(RobotBehaviour):
     )
     pose: Pose2D | None = port("the robot's pose in that map; default: unknown", default=None)
 
+    needs = ("base",)
     fails_with = (FailureCode.UNSUPPORTED,)
 
     def update(self) -> Status:

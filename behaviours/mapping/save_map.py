@@ -18,6 +18,7 @@ class SaveMap(RobotBehaviour):
     path: str = port("folder; relative to the run folder, or absolute", default="map")
     saved: str = output("the folder that was written")
 
+    needs = ("base",)
     fails_with = ()
 
     def update(self) -> Status:

@@ -17,6 +17,7 @@ class SetMapping(RobotBehaviour):
 
     enabled: bool = port("whether new scans change the map")
 
+    needs = ("base",)
     fails_with = (FailureCode.UNSUPPORTED,)
 
     def update(self) -> Status:

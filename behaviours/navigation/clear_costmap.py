@@ -12,6 +12,7 @@ class ClearCostmap(RobotBehaviour):
 
     also_known_as = ("ClearEntireCostmap", "ClearCostmapExceptRegion")
     can_fail = False
+    needs = ("base",)
     fails_with = ()
 
     which: str = port("costmap to clear", default="both", one_of=("local", "global", "both"))

@@ -10,6 +10,7 @@ from behaviours.base import RobotBehaviour, port
 class ClearCostmapAroundRobot(RobotBehaviour):
     """Remove sensed obstacles near the robot, from one layer or from all layers."""
 
+    needs = ("base",)
     fails_with = ()
 
     radius: float = port("clear within this distance of the robot", unit="m", above=0.0)

@@ -16,6 +16,7 @@ class ComputePath(RobotBehaviour):
 
     also_known_as = ("ComputePathToPose", "ComputePathThroughPoses", "ComputeRoute")
     takes_time = True
+    needs = ("base",)
     goal_ports = ("goal",)
 
     goal: Pose2D = port("goal pose, map frame")

@@ -15,6 +15,7 @@ class SetEdge(RobotBehaviour):
     A running drive replans at once. Fails if the graph has no such edge.
     """
 
+    needs = ("base",)
     fails_with = ()
     edge_port = "edge"
 

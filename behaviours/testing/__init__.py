@@ -7,7 +7,8 @@ robot.task.succeed()
 assert tick(drive, robot) is Status.SUCCESS
 """
 
-from behaviours.testing.scripted_robot import ScriptedRobot, ScriptedTask
+from behaviours.testing.scripted_robot import ScriptedRobot
+from behaviours.testing.scripted_task import ScriptedTask
 from behaviours.testing.ticks import TICK_PERIOD, halt, pause, tick
 
 __all__ = ["TICK_PERIOD", "ScriptedRobot", "ScriptedTask", "halt", "pause", "tick"]

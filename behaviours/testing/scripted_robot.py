@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
 
+from behaviours.testing.scripted_arm import ScriptedArm, ScriptedGripper
+from behaviours.testing.scripted_task import ScriptedTask
 from stack.errors import NavigationError, ParameterError
 from stack.robot import Base, JsonValue, Localisation, Map, Perception, Robot, Task
 from stack.types import (
@@ -18,7 +20,6 @@ from stack.types import (
     ContactZone,
     CoveragePlan,
     Detection,
-    Failure,
     FailureCode,
     FloatArray,
     FloorLines,
@@ -31,7 +32,6 @@ from stack.types import (
     Measurement,
     ObjectColour,
     OccupancyGrid,
-    Path,
     PlaceSighting,
     PointCloud,
     Pose2D,
@@ -43,31 +43,6 @@ from stack.types import (
     TrackedObject,
     Twist,
 )
-
-
-@dataclass
-class ScriptedTask:
-    """A task whose outcome the test sets."""
-
-    status: TaskStatus = TaskStatus.RUNNING
-    feedback: str = ""
-    failure: Failure | None = None
-    distance_remaining: float = 0.0
-    path: Path | None = None
-
-    def succeed(self, path: Path | None = None) -> None:
-        """End the task with success."""
-        self.status, self.path = TaskStatus.SUCCEEDED, path
-
-    def fail(self, code: str = FailureCode.FAILED, sentence: str = "failed by the test") -> None:
-        """End the task with a failure."""
-        self.status, self.failure = TaskStatus.FAILED, Failure(code, sentence)
-
-    def cancel(self) -> None:
-        """Cancel the task; no effect after its end."""
-        if self.status is TaskStatus.RUNNING:
-            self.status = TaskStatus.CANCELLED
-            self.failure = Failure(FailureCode.CANCELLED, "cancelled")
 
 
 def _no_fit(pose: Pose2D) -> float:
@@ -193,6 +168,16 @@ class ScriptedRobot:
     measurements: dict[str, Measurement] = field(default_factory=dict)
     _driven: ScriptedTask = field(default_factory=lambda: ScriptedTask(TaskStatus.SUCCEEDED))
     _driven_until: float = 0.0
+
+    @cached_property
+    def arm(self) -> ScriptedArm:
+        """Its arm; the test sets its attributes."""
+        return ScriptedArm(self._request)
+
+    @cached_property
+    def gripper(self) -> ScriptedGripper:
+        """Its gripper; the test sets its attributes."""
+        return ScriptedGripper(self._request)
 
     @cached_property
     def interface(self) -> Robot:

@@ -22,6 +22,7 @@ from missions.cli.inspection.check import check, explain
 from missions.cli.inspection.diagnose import diagnose
 from missions.cli.inspection.doctor import doctor
 from missions.cli.inspection.export import export
+from missions.cli.inspection.frames import frames
 from missions.cli.inspection.list import describe, list_
 from missions.cli.inspection.mavlink import EPILOG as MAVLINK_EPILOG
 from missions.cli.inspection.mavlink import mavlink
@@ -77,6 +78,7 @@ app.command()(report)
 app.command()(export)
 app.command()(diagnose)
 app.command()(doctor)
+app.command()(frames)
 app.command()(watch)
 app.command()(replay)
 app.command()(drive)

@@ -63,6 +63,20 @@ SETTINGS: dict[str, type] = {
     "loop": LoopParameters,
     "recording": RecordingParameters,
 }
+DRIVING_KINDS = frozenset(
+    (
+        *DEFAULTS,
+        "costmap",
+        "speed_limits",
+        "navigator",
+        "evasion",
+        "safety",
+        "tracker",
+        "obstacle_memory",
+    )
+)
+"""The kinds without effect on a robot that cannot drive."""
+
 NAVIGATION_KINDS = tuple(kind for kind in (*DEFAULTS, *SETTINGS) if kind not in TOP_COMPONENTS)
 """The keys under `navigation`."""
 

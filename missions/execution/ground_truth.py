@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import atan2, hypot
 from typing import Any
 
 from missions.execution.people_measures import PeopleMeasures
-from stack.body import SimulatedWorld, SimulationEvent
+from stack.body import BlockPose, SimulatedWorld, SimulationEvent
+from stack.geometry.rotations import from_quaternion
 from stack.sim.worlds.world import Door, Wall, World
 from stack.telemetry.records import Layer, SceneShape
 from stack.types import FloatArray, Footprint, Pose2D, PoseEstimate
@@ -83,10 +84,12 @@ class SimulationScorer:
         return self._error_sum / max(1, self._samples)
 
     def layers(self) -> dict[str, Layer]:
-        """Return the scene layer; its version increases when a door moves."""
+        """Return the scene layer; its version increases when a door or a block moves."""
         version = self._simulation.scene_changes + 1
         if self._scene is None or self._scene.version != version:
-            self._scene = Layer(version, world_shapes(self._world, self._simulation.doors))
+            still = world_shapes(self._world, self._simulation.doors)
+            moved = tuple(_blocks(self._world, self._simulation.blocks))
+            self._scene = Layer(version, (*still, *moved))
         return {"scene": self._scene}
 
 
@@ -116,6 +119,14 @@ def _shapes(world: World, doors_closed: Mapping[str, bool]) -> Iterator[SceneSha
     for dock in world.docks:
         size = (2 * dock.radius, 2 * dock.radius, 0.01)
         yield SceneShape("cylinder", Pose2D(dock.x, dock.y), size, (0.25, 0.65, 0.45))
+
+
+def _blocks(world: World, poses: Sequence[BlockPose]) -> Iterator[SceneShape]:
+    """Yield the blocks where they are, upright at their headings."""
+    for block, ((x, y, z), orientation) in zip(world.blocks, poses, strict=True):
+        ahead = from_quaternion((x, y, z), orientation)[:2, 0]
+        pose = Pose2D(x, y, atan2(float(ahead[1]), float(ahead[0])))
+        yield SceneShape("box", pose, block.size, block.colour, lift=z - block.size[2] / 2)
 
 
 def _slabs(wall: Wall) -> Iterator[SceneShape]:

@@ -13,6 +13,7 @@ from missions.execution.component_choices import choices_of
 from missions.execution.fit import (
     component_findings,
     fit_findings,
+    fixed_base_findings,
     keepout_areas,
     setting_findings,
     tolerance_findings,
@@ -193,8 +194,10 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
 
 def _check_scene(scene: Scene, marks: Marks, options: RunOptions, found: Findings) -> None:
     """Check the start, and what the nodes of the mission ask of the robot and the world."""
-    _gather(found, lambda: check_start(scene, marks, options))
     found.items += behaviour_needs(marks.mission, scene.described)
+    if not scene.robot.drivetrain.moves:
+        return
+    _gather(found, lambda: check_start(scene, marks, options))
     if scene.recording is None:
         found.items += fit_findings(marks.mission, scene.world, scene.robot, scene.start)
 
@@ -204,6 +207,9 @@ def _check_components(
 ) -> None:
     """Check that the components fit the robot, the mission and its map."""
     mission, robot = marks.mission, scene.robot
+    if not robot.drivetrain.moves:
+        found.items += fixed_base_findings(choices, marks, scene.described)
+        return
     found.items += setting_findings(mission, robot, choices)
     found.items += component_findings(choices, marks, scene.described)
     found.items += tolerance_findings(mission, robot, choices)
@@ -235,7 +241,7 @@ def _with_files(choices: Choices, scene: Scene, marks: Marks, found: Findings) -
     costmap, limits = choices["costmap"], choices["speed_limits"]
     layers = _layers(choices, folder)
     areas = _gather(found, lambda: keepout_areas(layers)) or ()
-    if scene.recording is None:
+    if scene.recording is None and robot.drivetrain.moves:
         start = scene.start, marks.of("start")
         found.items += zone_findings(mission, world, robot, start, areas)
     planner, of_graph = _gather(
@@ -289,6 +295,8 @@ def _goal_errors(mission: Mission, options: RunOptions, files: SceneFiles) -> li
     start = mission.start or world.start
     if isnan(start.x):
         return []  # a place with an error
+    if not robot.drivetrain.moves:
+        return behaviour_needs(mission, robot)
     found = fit_findings(mission, world, robot, start)
     try:
         choices = choices_of(mission, robot, options.parameters or {}, Findings())

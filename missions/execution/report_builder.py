@@ -75,7 +75,7 @@ def compose_report(
     """
     relocalisations = milestones.relocalisations
     runtime, scorer, simulation = engine.runtime, engine.scorer, engine.simulation
-    counters, monitor = runtime.counters(), runtime.parts.navigator.localisation_monitor
+    counters, navigator = runtime.counters(), runtime.parts.navigator
     simulated = engine.body.time
     return replace(
         unstarted,
@@ -108,8 +108,8 @@ def compose_report(
         log_sha256=engine.telemetry.log_sha256,
         records_lost=[asdict(record) for record in engine.telemetry.lost],
         doubt={
-            "lost_seconds": round(monitor.lost_seconds, 3),
-            "obscured_metres": round(monitor.obscured_distance, 3),
+            "lost_seconds": round(navigator.lost_seconds, 3),
+            "obscured_metres": round(navigator.obscured_metres, 3),
         },
         held=held_seconds(milestones.held, simulated),
         links_lost=milestones.links_lost,

@@ -23,7 +23,7 @@ from missions.execution.report import Report
 from missions.execution.report_builder import Milestones, compose_report, unstarted_report
 from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
-from stack.body import BodyCommand, SimulatedWorld
+from stack.body import STOP, SimulatedWorld
 from stack.documents.files import noting_inputs
 from stack.errors import (
     BodyError,
@@ -40,7 +40,6 @@ from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle
 from stack.telemetry.sinks import Sink
 from stack.telemetry.snapshots.log import SnapshotLog
-from stack.types import STANDSTILL
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
@@ -292,7 +291,7 @@ class Run:
     def _stop_robot(self) -> None:
         """Command a standstill at once, not with the next step."""
         try:
-            self.engine.body.command(BodyCommand(STANDSTILL))
+            self.engine.body.command(STOP)
         except Exception:  # the records and the other parts must be closed all the same
             self._log(traceback.format_exc())
 

@@ -13,6 +13,7 @@ from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.components import DEFAULTS
 from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
+from stack.frames.links import LinkChain
 from stack.navigation.navigator import Navigator
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracking.tracker import Tracker
@@ -76,8 +77,13 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     choices = plan.choices
     costs, safety = choices["costmap"], choices["safety"]
     memory = ObstacleMemory.kernels(plan.robot)
+    sensors = () if replayed else _sensor_kernels(plan)
+    arm = LinkChain.kernels() if plan.robot.arm is not None else ()
+    if not plan.robot.drivetrain.moves:
+        return {"sensors": sensors, "perception": memory, "arm": arm}
     found: dict[str, KernelTypes] = {
-        "sensors": () if replayed else _sensor_kernels(plan),
+        "arm": arm,
+        "sensors": sensors,
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
         "perception": (*(Tracker.kernels() if plan.robot.all_lidars else ()), *memory),
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),

@@ -64,6 +64,9 @@ FILE_CODES: dict[str, Code] = {
                  "lidar: {position: [1 m, 0]}", "use the numbers of the URDF"),
     "E303": Code("robot: footprint", "the footprint does not fit the robot",
                  "footprint: {radius: 0}", "write the outline of the robot"),
+    "E304": Code("robot: arm", "the URDF has no arm or gripper as described, a joint has no "
+                 "limits, or a posture is beyond them", "arm: {tool: hnad}",
+                 "use the suggested name or value, or correct the URDF"),
     "E401": Code("map: key or value", "a key of map.yaml is missing or has a wrong value",
                  "resolution: coarse", "use the format of the ROS map_server"),
     "W401": Code("map: unknown key", "map.yaml has a key that the map_server does not know",

@@ -97,13 +97,24 @@ def robot_summary(name: str) -> str:
 
 
 def _summary(robot: RobotDescription) -> str:
+    if not robot.drivetrain.moves:
+        return f"radius {robot.footprint.circumscribed_radius:.2f} m, no wheels{_limbs(robot)}"
     limits, kind = robot.limits, robot.drivetrain.kind
     if robot.turning_radius:
         kind += f", turning radius {robot.turning_radius:.2f} m"
     return (
         f"radius {robot.footprint.circumscribed_radius:.2f} m, {kind}, {limits.linear_speed:g} m/s,"
-        f" {limits.angular_speed:g} rad/s"
+        f" {limits.angular_speed:g} rad/s{_limbs(robot)}"
     )
+
+
+def _limbs(robot: RobotDescription) -> str:
+    """Return arm and gripper in words, after a comma; empty without an arm."""
+    if robot.arm is None:
+        return ""
+    gripper = robot.arm.gripper
+    width = "" if gripper is None else f", gripper {1e3 * gripper.width_max:.0f} mm"
+    return f", arm with {counted(len(robot.arm.joints), 'joint')}{width}"
 
 
 def robot_description(robot: RobotDescription) -> str:
@@ -165,6 +176,7 @@ def world_description(world: World, doc: str = "") -> str:
     x_min, y_min, x_max, y_max = world.bounds
     things = [
         counted(len(world.walls), "wall"), counted(len(world.boxes), "box", "boxes"),
+        counted(len(world.blocks), "block"),
         counted(len(world.cylinders), "cylinder"), counted(len(world.docks), "dock"),
         counted(len(world.drops), "drop"), counted(len(world.lines), "line"),
         counted(len(world.friction_zones), "friction zone"),

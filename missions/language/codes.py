@@ -293,6 +293,8 @@ CODES: dict[str, Code] = {
                  "a keep-out zone covers a part of the area; the robot leaves it out",
                  "run: {coverage: {area: [[4, 4], [6, 4], [6, 5], [4, 5]]}}",
                  "draw the area outside the zone"),
+    "W151": Code("component of a robot that cannot drive", "the robot has no wheels, so that the "
+                 "component has no effect", "localisation: mcl", "remove it"),
     "W170": Code("text without a case", "an argument can have a text for which there is no case",
                  "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",

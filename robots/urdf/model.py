@@ -18,7 +18,7 @@ from stack.documents import Findings
 from stack.documents.xml_file import Element
 from stack.frames.tree import FrameTree
 from stack.geometry.rotations import from_angles
-from stack.types import FloatArray
+from stack.types import FloatArray, LinkJoint
 
 TURNING = ("continuous", "revolute")
 KINDS = (*TURNING, "fixed", "prismatic")
@@ -122,6 +122,29 @@ class RobotModel:
         for joint in self._below[link]:
             yield joint
             yield from self.downwards(joint.child)
+
+    def links_below(self, base: str, origin: FloatArray) -> tuple[LinkJoint, ...]:
+        """The joints between a base frame and all links, parents first.
+
+        Args:
+            base: name of the base frame; a root link of this name is the base frame itself.
+            origin: (3,) of the base frame in the root's frame, metres; it is not turned.
+        """
+        shift = np.eye(4)
+        shift[:3, 3] = -origin
+        under = base if self.root == base else self.root
+        above = () if under == base else (
+            LinkJoint(f"{base}_to_{under}", "fixed", base, under, shift, np.zeros(3)),
+        )  # fmt: skip
+        below = (
+            LinkJoint(
+                joint.name, joint.kind, joint.parent, joint.child,
+                shift @ joint.origin if joint.parent == base == self.root else joint.origin,
+                joint.axis,
+            )
+            for joint in self.downwards(self.root)
+        )  # fmt: skip
+        return (*above, *below)
 
     def axis_of(self, joint: Joint) -> FloatArray:
         """The axis (3,) of a joint in the root's frame."""

@@ -2,7 +2,7 @@
 
 A package is a folder with that name or with a package.xml of that name. It is searched for among
 the folders above the file and beside those, then in the folders that the robot file lists, then
-where ROS looks (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH).
+where ROS looks (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH), then among the installed Python packages.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
@@ -70,6 +71,7 @@ class PackageSearch:
             yield from _packages_in(folder, name)
         for folder in ros_folders():
             yield from (at for at in (folder, folder / name) if is_package(at, name))
+        yield from python_package(name)
 
 
 def is_package(folder: Path, name: str) -> bool:
@@ -94,6 +96,12 @@ def ros_folders(environment: Iterable[tuple[str, str]] | None = None) -> list[Pa
     prefixes = variables.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     paths = [entry for entry in variables.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry]
     return [*map(Path, paths), *(Path(prefix) / "share" for prefix in prefixes if prefix)]
+
+
+def python_package(name: str) -> list[Path]:
+    """The folders of an installed Python package, which is not imported; empty without one."""
+    spec = find_spec(name) if name.isidentifier() else None
+    return [] if spec is None else [Path(at) for at in spec.submodule_search_locations or ()]
 
 
 def _packages_in(top: Path, name: str) -> Iterator[Path]:

@@ -10,7 +10,7 @@ The root of the result is the base frame: on the floor, where the wheels say.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import atan2, hypot
 from xml.sax.saxutils import quoteattr
@@ -47,8 +47,9 @@ class Body:
 
 
 def physics_urdf(
-    model: RobotModel, base: FloatArray, turned: Mapping[str, bool], findings: Findings
-) -> str:
+    model: RobotModel, base: FloatArray, turned: Mapping[str, bool], findings: Findings,
+    driven: Collection[str] = (),
+) -> str:  # fmt: skip
     """The URDF for the simulation.
 
     Args:
@@ -56,10 +57,11 @@ def physics_urdf(
         base: (3,) origin of the base frame in the root's frame.
         turned: the joints that the drive names -> whether its axis is reversed.
         findings: errors where a moving part has no mass or an impossible inertia.
+        driven: the joints of an arm and its gripper.
     """
     frame = np.eye(4)
     frame[:3, 3] = -base
-    writer = _Writer(model, turned, findings)
+    writer = _Writer(model, {**dict.fromkeys(driven, False), **turned}, findings)
     lines = list(writer.lines(model.root, frame))
     return (
         f"<robot name={quoteattr(model.element.name or 'robot')}>\n"

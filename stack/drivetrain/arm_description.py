@@ -48,7 +48,7 @@ class GripperDescription:
     finger_links: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ArmDescription:
     """An arm with its gripper.
 
@@ -68,3 +68,8 @@ class ArmDescription:
     limits: JointLimits
     postures: Mapping[str, FloatArray] = field(default_factory=dict)
     gripper: GripperDescription | None = None
+
+    @property
+    def all_joints(self) -> tuple[str, ...]:
+        """The joints of the arm, and those of the gripper's fingers after them."""
+        return (*self.joints, *(self.gripper.joints if self.gripper is not None else ()))

@@ -12,19 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.drivetrain.arm_description import ArmDescription
 from stack.drivetrain.drivetrain import Drivetrain, WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.drivetrain.skid_steered import Skid
 from stack.drivetrain.wheel_loop import NO_GAINS, WheelGains
 from stack.errors import Finding
 from stack.parameters import parameter
-from stack.types import CameraModel, FloatArray, Footprint, Imu, Pose2D
+from stack.types import CameraModel, FloatArray, Footprint, Imu, LinkJoint, Pose2D
 
 COLUMNS_OF_A_BEAM = 2
 """Columns of a depth picture in a beam of its virtual scan."""
 
 TOUCH = 1e-6
 """Radians between masks that touch: an end in degrees is not exact in radians."""
+
+BASE = "base"
+"""Name of the base frame."""
 
 SCAN_SUFFIX = "_scan"
 """Added to the name of a depth camera for its virtual scan."""
@@ -138,7 +142,7 @@ class SonarDescription:
 
 @dataclass(frozen=True)
 class CameraDescription:
-    """A colour camera."""
+    """A colour camera; its mount is in the frame of a link, or in the base frame."""
 
     model: CameraModel
     rate: float = parameter(5.0, "Hz", above=0.0, help="pictures per second while requested")
@@ -158,6 +162,9 @@ class CameraDescription:
         help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
         "gl where it works",
     )  # fmt: skip
+    link: str = parameter(
+        "", help="link of the URDF that carries it, which may be moved; default: the base"
+    )
 
 
 @dataclass(frozen=True)
@@ -173,7 +180,7 @@ class DepthScanDescription:
 
 @dataclass(frozen=True)
 class DepthCameraDescription:
-    """A depth camera: stereo, structured light or time of flight."""
+    """A depth camera: stereo, structured light or time of flight; its mount is as a camera's."""
 
     model: CameraModel
     scan: DepthScanDescription | None = None
@@ -193,6 +200,9 @@ class DepthCameraDescription:
         help="tiny: PyBullet's own; gl: OpenGL, several times as fast, needs treepilot[gl]; auto: "
         "gl where it works",
     )  # fmt: skip
+    link: str = parameter(
+        "", help="link of the URDF that carries it, which may be moved; default: the base"
+    )
 
 
 @dataclass(frozen=True)
@@ -248,7 +258,7 @@ class RobotDescription:
         footprint: outline in the base frame.
         height: metres; obstacles above it do not block the robot.
         urdf: file with shapes and masses, from which `model` was made.
-        wheels: geometry and URDF joints of the wheels.
+        wheels: geometry and URDF joints of the wheels; `NoWheels` if the base is fixed.
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
         skid: sliding of the wheels in turns; for skid-steered drives only.
@@ -267,6 +277,9 @@ class RobotDescription:
         model: the URDF that the simulation loads: its root is the base frame, its meshes are named
             by absolute paths.
         warnings: about the robot file and the URDF.
+        arm: None without one.
+        links: joints between the base frame, called BASE, and all links of the URDF; parents come
+            before their children.
         actual: the robot that a simulation simulates, when it differs from this description, as a
             real robot does before it is calibrated; None: this one.
     """
@@ -295,6 +308,8 @@ class RobotDescription:
     sensor_drivers: Mapping[str, tuple[str, Mapping[str, Any]]] = field(default_factory=dict)
     actual: RobotDescription | None = None
     wheel_control: WheelGains = NO_GAINS
+    arm: ArmDescription | None = None
+    links: tuple[LinkJoint, ...] = field(default=(), repr=False)
 
     def drawn_by(self, renderer: str) -> RobotDescription:
         """Return the robot with this renderer for all simulated cameras: tiny, gl or auto."""

@@ -1,6 +1,7 @@
 """Base class of the drivetrains: what a kind of drive can do, and how its wheels move the base.
 
-There is one subclass for each kind: differential, skid-steered, omnidirectional and Ackermann.
+There is one subclass for each kind: differential, skid-steered, omnidirectional, Ackermann, and
+fixed: no drive at all.
 Code outside this package asks a drivetrain what it can do and never which kind it is.
 """
 
@@ -158,6 +159,7 @@ class Drivetrain(ABC):
 
     Attributes:
         kind: the word for it in robot.yaml.
+        moves: whether the robot can drive at all.
         turns_in_place: whether the robot can turn without driving.
         can_move_sideways: whether it can move along y of the base frame. Such a robot has no
             driving direction: its heading is independent of its motion.
@@ -174,6 +176,7 @@ class Drivetrain(ABC):
     """
 
     kind: ClassVar[str]
+    moves: ClassVar[bool] = True
     turns_in_place: ClassVar[bool] = True
     can_move_sideways: ClassVar[bool] = False
     skids: ClassVar[bool] = False

@@ -1,4 +1,7 @@
-"""What behaviours and components need of a robot: the table of names, and who has it."""
+"""What behaviours and components need of a robot: the table of names, and who has it.
+
+Behaviours that move the base need it without saying so (`uses_wheels`).
+"""
 
 from __future__ import annotations
 
@@ -23,14 +26,25 @@ class Need:
     found: Callable[[RobotDescription], Iterable[str]]
 
 
-NEEDS: Mapping[str, Need] = {
+SENSORS: Mapping[str, Need] = {
     "lidar": Need("lidar", lambda robot: robot.all_lidars),
     "camera": Need("camera", lambda robot: ("camera",) if robot.camera else ()),
     "depth_camera": Need("depth camera", lambda robot: robot.depth_cameras),
     "sonar": Need("sonar", lambda robot: robot.sonars),
     "imu": Need("IMU", lambda robot: ("imu",) if robot.imu else ()),
 }
-"""Names in `needs`. A virtual scan of a depth camera is a lidar."""
+"""A virtual scan of a depth camera is a lidar."""
+
+LIMBS: Mapping[str, Need] = {
+    "base": Need("drive", lambda robot: ("wheels",) if robot.drivetrain.moves else ()),
+    "arm": Need("arm", lambda robot: ("arm",) if robot.arm else ()),
+    "gripper": Need(
+        "gripper", lambda robot: ("gripper",) if robot.arm and robot.arm.gripper else ()
+    ),
+}
+
+NEEDS: Mapping[str, Need] = {**SENSORS, **LIMBS}
+"""Names in `needs`."""
 
 
 def alternatives(need: str) -> list[str]:
@@ -69,4 +83,4 @@ def lacking(needs: Iterable[str], robot: RobotDescription) -> Iterator[str]:
 
 def sensors_of(robot: RobotDescription) -> dict[str, str]:
     """Return the sensors of a robot: name -> kind, in words."""
-    return {name: need.noun for need in NEEDS.values() for name in need.found(robot)}
+    return {name: need.noun for need in SENSORS.values() for name in need.found(robot)}

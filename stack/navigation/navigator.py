@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
 
 from stack.compilation import KernelTypes
 from stack.components import Estimator
@@ -16,20 +15,15 @@ from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Drive, PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
+from stack.navigation.motion_stage import MotionStage, WantedTwist
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.recoveries import DriveForMotion
-from stack.navigation.tasks import MotionExecutor
-from stack.types import ContactZone, CurrentStep, Limitation, Path, Perceived, Pose2D, Twist
+from stack.navigation.tasks import MotionExecutor, MotionTask
+from stack.navigation.teleoperation import Teleoperation
+from stack.types import CurrentStep, Limitation, Path, Perceived, Pose2D
 
 
-class WantedTwist(NamedTuple):
-    """What navigation wants: a velocity, base frame, and where the robot may touch something."""
-
-    twist: Twist
-    contact: ContactZone | None = None
-
-
-class Navigator:
+class Navigator(MotionStage):
     """Plans, follows paths and recovers; one motion task at a time, a newer one cancels the older.
 
     Called once per control step. Between `pause` and `resume` the mission's motion is held: no
@@ -82,6 +76,40 @@ class Navigator:
         """
         on = self.evasion.parameters.when != "never"
         return on and not self.tools.path_follower.plans_with_tracks
+
+    @property
+    def replans(self) -> int:
+        """Number of plans so far besides the first one of each drive."""
+        return self.tools.replans
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a motion is under way."""
+        return self.activities.current is not None
+
+    @property
+    def doubt(self) -> Limitation | None:
+        """How doubt about the pose limits the motion."""
+        return self.localisation_monitor.limitation
+
+    @property
+    def lost_seconds(self) -> float:
+        """Time of standing because the robot was lost, in the whole run."""
+        return self.localisation_monitor.lost_seconds
+
+    @property
+    def obscured_metres(self) -> float:
+        """Metres driven with the map hidden, in the whole run."""
+        return self.localisation_monitor.obscured_distance
+
+    @property
+    def teleoperation(self) -> Teleoperation | None:
+        """The running teleoperation."""
+        return self.base.teleoperation
+
+    def navigate_to(self, goal: Pose2D) -> MotionTask:
+        """Begin a drive to a pose."""
+        return self.base.navigate_to(goal)
 
     @property
     def limitation(self) -> Limitation | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
@@ -42,7 +43,41 @@ IDLE_PERIOD = 0.5
 """Seconds without measurements after which the costmaps expire marks and follow the robot."""
 
 
-class WorldModel:
+class WorldStage(ABC):
+    """Keeps what is known of the surroundings."""
+
+    @property
+    @abstractmethod
+    def costmaps(self) -> Mapping[str, Costmap]:
+        """The costmaps by name: local_costmap, global_costmap; empty without any."""
+
+    @abstractmethod
+    def update(  # noqa: PLR0913 - what a step knows
+        self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH,
+        objects: SeenObjects = NO_OBJECTS, twist: Twist = STANDSTILL, *, evades: bool,
+    ) -> WorldView:  # fmt: skip
+        """Process the new measurements of a step.
+
+        Args:
+            observation: with deskewed, smoothed scans.
+            frames: with the odometry and the estimate of this step.
+            depth: what the depth cameras have seen.
+            objects: what the object detector has found.
+            twist: measured velocity, base frame.
+            evades: whether only evasion keeps the robot clear of who walks: then neither the local
+                costmap nor the controller sees them.
+        """
+
+    @abstractmethod
+    def show(self, drawn: OccupancyGrid) -> None:
+        """Show the map that the estimator draws in the costmaps."""
+
+    @abstractmethod
+    def forget(self) -> None:
+        """Remove what was sensed, after a jump of the pose."""
+
+
+class WorldModel(WorldStage):
     """Updates costmaps and tracker with each measurement, at the pose of its stamp.
 
     Args:
@@ -78,17 +113,7 @@ class WorldModel:
         self, observation: Observation, frames: TransformBuffer, depth: DepthPoints = NO_DEPTH,
         objects: SeenObjects = NO_OBJECTS, twist: Twist = STANDSTILL, *, evades: bool,
     ) -> WorldView:  # fmt: skip
-        """Process the new measurements of a step.
-
-        Args:
-            observation: with deskewed, smoothed scans.
-            frames: with the odometry and the estimate of this step.
-            depth: what the depth cameras have seen.
-            objects: what the object detector has found.
-            twist: measured velocity, base frame.
-            evades: whether only evasion keeps the robot clear of who walks: then neither the local
-                costmap nor the controller sees them.
-        """
+        """Process the new measurements of a step, as `WorldStage`."""
         now = observation.time
         pose = frames.pose_at("map", now)
         self.cover([pose])
@@ -117,6 +142,15 @@ class WorldModel:
         speed_limit = self._speed_limits.at_pose(pose, self._deceleration, twist)
         evaded = tuple(walker.at(now) for walker in self._walkers) if evades else ()
         return WorldView(tracks, moving_discs(tracks, pose), speed_limit, self._standing, evaded)
+
+    @property
+    def costmaps(self) -> Mapping[str, Costmap]:
+        """The local and the global costmap."""
+        return {"global_costmap": self.global_costmap, "local_costmap": self.local_costmap}
+
+    def show(self, drawn: OccupancyGrid) -> None:
+        """Show the map that the estimator draws in the costmaps."""
+        self.draw(drawn)
 
     def _without_walkers(self, update: LayerUpdate) -> LayerUpdate:
         """Return the measurements without the returns of walking people.

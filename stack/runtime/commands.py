@@ -120,12 +120,19 @@ class CommandHandler:
             self._end(MissionState.ABORTED, reason)
         elif action == STOP:
             self._emergency_stop(EmergencyStopArguments(reason))
-        elif action == HOME and not self._mission.send(MissionEvent.DETOUR, reason):
-            self.detours.cancel()
-            task = self._parts.navigator.base.navigate_to(self._home)
-            self.detours.begin("navigate_to_pose", HOME, task)
+        elif action == HOME and self._drives:
+            self._go_home(reason)
         else:
             self.stand(reason)
+
+    def _go_home(self, reason: str) -> None:
+        """Drive to where the mission began; stand if the mission cannot be paused for that."""
+        if self._mission.send(MissionEvent.DETOUR, reason):
+            self.stand(reason)
+            return
+        self.detours.cancel()
+        task = self._parts.navigator.navigate_to(self._home)
+        self.detours.begin("navigate_to_pose", HOME, task)
 
     def stand(self, reason: str) -> None:
         """Pause without a command; a detour ends too."""
@@ -190,6 +197,7 @@ class CommandHandler:
             BodyCommand(STANDSTILL, emergency_stop=True)  # at once, not with the next step
         )
         self._send(MissionEvent.EMERGENCY_STOP, arguments.reason)
+        self._parts.limbs.emergency_stop()
         self.detours.cancel()
 
     def _abort(self, arguments: AbortArguments) -> None:
@@ -211,12 +219,12 @@ class CommandHandler:
 
     def _set_goal(self, arguments: GoalArguments) -> None:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
-        self._refuse_motion_of_recording()
+        self._refuse_motion()
         goal = self._on_map(arguments.pose)
         self._engage()
         self._send(MissionEvent.DETOUR)
         self.detours.cancel()
-        task = self._parts.navigator.base.navigate_to(goal)
+        task = self._parts.navigator.navigate_to(goal)
         self.detours.begin("navigate_to_pose", arguments.tag, task)
 
     def _behaviour(self, arguments: BehaviourArguments) -> None:
@@ -248,17 +256,23 @@ class CommandHandler:
             f"{x + columns * grid.resolution:g} m and y {y:g} to {y + rows * grid.resolution:g} m"
         )
 
-    def _refuse_motion_of_recording(self) -> None:
-        """Raise InputError if the robot plays recorded sensors."""
+    @property
+    def _drives(self) -> bool:
+        return self._parts.body.description.drivetrain.moves
+
+    def _refuse_motion(self) -> None:
+        """Raise InputError if the robot has no wheels, or plays recorded sensors."""
+        if not self._drives:
+            raise InputError(f"{self._parts.body.description.name} has no wheels")
         if isinstance(self._parts.body, Replay):
             raise InputError("this run plays recorded sensors: no command moves the robot")
 
     def _teleoperation(self) -> Teleoperation:
         """The running assisted_teleop; raise InputError without one."""
-        self._refuse_motion_of_recording()
+        self._refuse_motion()
         if self._mission.state is not MissionState.RUNNING and not self.is_on_detour:
             raise InputError(f"the mission is {self._mission.state}")
-        running = self._parts.navigator.base.teleoperation
+        running = self._parts.navigator.teleoperation
         if running is None:
             raise InputError(
                 "the mission drives: velocities are accepted only while assisted_teleop is running"

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from stack.body import Body, SimulationEvent
+from stack.navigation.capabilities.arm import ArmStage
 from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters
-from stack.navigation.navigator import Navigator
+from stack.navigation.motion_stage import MotionStage
 from stack.runtime.failsafes import Failsafes
 from stack.runtime.holdups import Holdups
 from stack.runtime.perceiver import Perceiver
-from stack.safety.safety import Safety
+from stack.safety.stage import SafetyStage
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Debugging, Layer, TreeRow
 from stack.types import CurrentStep, Failure, FloatArray, Observation, Pose2D, PoseEstimate
@@ -146,8 +147,9 @@ class LoopParts:
     now: CurrentStep
     tree: MissionTree
     robot: StackRobot
-    navigator: Navigator
-    safety: Safety
+    navigator: MotionStage
+    safety: SafetyStage
+    limbs: ArmStage
     live_parameters: LiveParameters
     telemetry: Telemetry
     holdups: Holdups

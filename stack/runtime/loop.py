@@ -12,7 +12,8 @@ from collections.abc import Callable
 import numpy as np
 
 from stack.body import AcceptsEstimate, BodyCommand, Replay, SimulatedWorld
-from stack.navigation.navigator import WantedTwist
+from stack.costmap.costmap import Costmap
+from stack.navigation.motion_stage import WantedTwist
 from stack.runtime.commands import CommandHandler
 from stack.runtime.failsafes import FailsafeInput
 from stack.runtime.figures import SlowFigures
@@ -22,7 +23,7 @@ from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.sensing import Sensing
 from stack.runtime.stage_times import Stages
-from stack.safety.safety import LimitedTwist
+from stack.safety.stage import LimitedTwist
 from stack.schedule import Schedule
 from stack.telemetry.records import Ack, Command, Debugging, Layer, MissionState, Snapshot
 from stack.types import (
@@ -41,6 +42,8 @@ SHOWN_PARTICLES, SHOWN_DEPTH_POINTS, SHOWN_EVENTS = 300, 1500, 40
 
 WATCHED_TIME = 2.0
 """Time over which steps of a real robot are counted that exceed their period, s."""
+
+LOCAL = "local_costmap"
 
 LONGEST_NAP = 0.01
 """Wall seconds between two looks for commands while the next step cannot be made yet."""
@@ -137,12 +140,14 @@ class Runtime:
         now = p.body.time
         kept = self.command.twist.share_of(wanted.twist)
         p.holdups.update(self._holding(), perceived.estimate.pose, now, kept)
+        limbs = p.limbs.step(perceived, held=not self._navigates)
         p.body.command(
             BodyCommand(
                 self.command.twist,
                 p.perceiver.captures(now),
                 p.perceiver.measures_depth(now),
                 bool(self.mission.emergency_stop),
+                *limbs,
             )
         )
         self._log_pose()
@@ -203,27 +208,25 @@ class Runtime:
 
     @property
     def is_standing(self) -> bool:
-        """Whether the robot stands, by its odometry."""
-        return self.perceived.motion.twist.stands
+        """Whether base and arm stand, by odometry and joints."""
+        perceived = self.perceived
+        return perceived.motion.twist.stands and self.parts.limbs.is_standing(perceived)
 
     def counters(self) -> dict[str, float]:
         """Counters by name, for displays and the report."""
         own = {
             "distance": self.distance,
             "recoveries": float(self.parts.tree.recoveries),
-            "replans": float(self.parts.navigator.tools.replans),
+            "replans": float(self.parts.navigator.replans),
         }
         return own if self.parts.scorer is None else {**own, **self.parts.scorer.counters()}
 
     def layers(self) -> dict[str, Layer]:
         """Map, costmaps and scene by name."""
         parts = self.parts
-        world = parts.perceiver.world_model
-        local, globe = world.local_costmap, world.global_costmap
         return {
             "map": parts.perceiver.map_layer,
-            "global_costmap": Layer(globe.version, globe.shown, globe.changes),
-            "local_costmap": Layer(local.version, local.grid),
+            **{name: _shown(name, it) for name, it in parts.perceiver.world_model.costmaps.items()},
             "parameters": self._parameters,
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
@@ -267,12 +270,13 @@ class Runtime:
             sensors=figures.sensors,
             memory=figures.memory,
             fast_loop=figures.fast_loop,
+            arm=parts.limbs.view(state),
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,
             blackboard=parts.tree.blackboard(),
             counters=self.counters(),
-            teleop=parts.navigator.base.teleoperation is not None,
+            teleop=parts.navigator.teleoperation is not None,
             detour=self._commands.is_on_detour,
             detour_held=self._commands.holds_detour,
             limitations=self.limitations,
@@ -286,13 +290,13 @@ class Runtime:
         """Why navigation, safety stage and doubt about the pose limit the velocity now."""
         navigator = self.parts.navigator
         waits = navigator.limitation if self._navigates else None
-        every = (self.command.limitation, navigator.localisation_monitor.limitation, waits)
+        every = (self.command.limitation, navigator.doubt, waits)
         by_cause = {one.cause: one for one in reversed(every) if one is not None}
         return tuple(one for one in every if one is not None and by_cause[one.cause] is one)
 
     def _holding(self) -> list[Limitation]:
         """The limitations that have an effect: a lost robot may turn to find itself, or rest."""
-        waits = self._navigates and self.parts.navigator.activities.current is not None
+        waits = self._navigates and self.parts.navigator.is_busy
         stands = waits and self.command.twist == STANDSTILL
         return [one for one in self.limitations if one.cause != LOST or stands]
 
@@ -302,8 +306,10 @@ class Runtime:
         if after in HELD and before not in HELD:
             self.parts.tree.pause(now)
             self.parts.navigator.pause(now)
+            self.parts.limbs.pause(now)
         elif before in HELD and after not in HELD:
             self.parts.navigator.resume(now)
+            self.parts.limbs.resume(now)
             self.parts.tree.resume(now)
 
     def _freeze(self) -> bool:
@@ -400,6 +406,13 @@ _ENDINGS = {
     MissionState.INTERRUPTED: MissionEvent.INTERRUPT,
     MissionState.ERROR: MissionEvent.ERROR,
 }
+
+
+def _shown(name: str, costmap: Costmap) -> Layer:
+    """Return the layer of a costmap; the local one moves, so that all of it changes."""
+    if name == LOCAL:
+        return Layer(costmap.version, costmap.grid)
+    return Layer(costmap.version, costmap.shown, costmap.changes)
 
 
 def _thinned(rows: FloatArray, most: int) -> FloatArray:

@@ -10,7 +10,7 @@ from stack.components import Estimator, OdometryFusion
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.relocalisation import report_pose
 from stack.navigation.tasks import Emit
-from stack.navigation.world_model import WorldModel
+from stack.navigation.world_model import WorldStage
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.depth.obstacles import DepthObstacles
@@ -46,7 +46,7 @@ class Perceiver:
     depth: DepthObstacles
     obstacle_memory: ObstacleMemory
     objects: ObjectDetection
-    world_model: WorldModel
+    world_model: WorldStage
     camera: CameraLease
     depth_camera: CameraLease
     map_layer: Layer
@@ -147,5 +147,5 @@ class Perceiver:
         """Show the map that the estimator draws in the costmaps and to viewers."""
         drawn = self.estimator.take_map()
         if drawn is not None:
-            self.world_model.draw(drawn)
+            self.world_model.show(drawn)
             self.map_layer = Layer(self.map_layer.version + 1, drawn)

@@ -28,6 +28,7 @@ from stack.safety.smoother import (
     beyond_dead_band,
     within_limits,
 )
+from stack.safety.stage import LimitedTwist, SafetyStage
 from stack.safety.zones import SafetyZone, ZoneMonitor
 from stack.types import (
     NOTHING_MOVES,
@@ -73,23 +74,7 @@ class _Around(NamedTuple):
         return not len(self.points) and not len(self.moving)
 
 
-class LimitedTwist(NamedTuple):
-    """A velocity command, and why it is less than what was wanted; None when it is not."""
-
-    twist: Twist
-    limitation: Limitation | None = None
-
-    @property
-    def reason(self) -> str:
-        """The limitation as a sentence; empty without one."""
-        return "" if self.limitation is None else self.limitation.text
-
-    def then(self, later: LimitedTwist) -> LimitedTwist:
-        """Return the result of a later stage, with its own limitation or else this one."""
-        return LimitedTwist(later.twist, later.limitation or self.limitation)
-
-
-class Safety:
+class Safety(SafetyStage):
     """Limits the velocity that navigation commands.
 
     Attributes:
@@ -124,15 +109,7 @@ class Safety:
         self, twist: Twist, perceived: Perceived, *, emergency_stop: str = "",
         contact: ContactZone | None = None,
     ) -> LimitedTwist:  # fmt: skip
-        """Return the limited twist for this step.
-
-        Args:
-            twist: commanded velocity, base frame.
-            perceived: in this step: measured velocity, obstacles, moving objects, speed limit.
-            emergency_stop: reason of the engaged emergency stop; empty if it is released.
-            contact: where the robot may touch something; points in it do not stop the robot, which
-                drives at most at the contact speed.
-        """
+        """Return the limited twist for this step, as `SafetyStage`."""
         if emergency_stop:
             self._smoother.continue_from(STANDSTILL)
             return LimitedTwist(STANDSTILL, Limitation(STOPPED, EMERGENCY_STOP, emergency_stop))

@@ -12,14 +12,17 @@ import numpy as np
 
 from stack.body import ContactTally, GroundTruth, SimulationEvent
 from stack.drivetrain.description import (
+    BASE,
     CameraDescription,
     DepthCameraDescription,
     RobotDescription,
 )
 from stack.errors import InputError
+from stack.frames.links import RobotLinks
+from stack.sim.arm import SimulatedArm
 from stack.sim.battery import Battery
-from stack.sim.physics.contacts import ContactCounter, depths
-from stack.sim.physics.engine import PhysicsEngine, Touch
+from stack.sim.physics.contacts import ContactCounter, depths, is_driving
+from stack.sim.physics.engine import PhysicsEngine, PhysicsRobot, Touch
 from stack.sim.physics.friction import FrictionZones
 from stack.sim.pushes import PushMotion
 from stack.sim.rates import CLEARANCE_RATE, PHYSICS_PERIOD, physics_schedule
@@ -33,7 +36,7 @@ from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import Push, World
-from stack.types import Measurement, Observation, Pose2D, Twist
+from stack.types import CameraModel, Measurement, Observation, Pose2D
 
 CAMERA = "camera"
 """Name of the colour camera."""
@@ -65,7 +68,8 @@ class SimulatedRobot:
         physics: the robot's bodies in the physics.
         cameras: of colours and of distances, by name.
         seed: of every random stream.
-        drive: wheel controller; it takes the commands.
+        drive: wheel controller; it takes the commands of the base.
+        arm: takes the commands of the arm; None without one.
         clearance: smallest distance so far to an obstacle, metres; at most CLEARANCE_REACH.
         touched: by name, the depth by which the robot and what it touches overlap, metres.
         due: physics step up to which the robot lets time pass.
@@ -86,6 +90,8 @@ class SimulatedRobot:
             for name, lidar in self._actual.real_lidars.items()
         }
         self.physics = engine.add_robot(self._actual, start)
+        self.arm = _arm_of(description, self.physics)
+        self._links = RobotLinks(description.links, BASE)
         self.cameras = {
             name: Camera(RenderSetup(world, description.model, camera, name), type(engine))
             for name, camera in _cameras(description).items()
@@ -102,7 +108,9 @@ class SimulatedRobot:
         self.drive = WheelController(
             description.drivetrain, PHYSICS_PERIOD, description.wheel_control
         )
-        self._odometry = Odometry(description, seed)
+        self._odometry = Odometry(description, seed) if description.drivetrain.moves else None
+        if self.arm is not None:
+            self.arm.restart()
         self._lidars = {
             name: Lidar(
                 lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}",
@@ -149,7 +157,7 @@ class SimulatedRobot:
         """Take the measurements of time 0."""
         truth = self.truth
         self._friction.update(truth.pose)
-        self._odometry.update(0.0, *self._encoder_angles())
+        self._read_encoders(0.0)
         self._follow(0.0, truth.pose)
         self.measure_ranges(0, 0.0, scene)
         self._imu_schedule.take(0)
@@ -164,7 +172,7 @@ class SimulatedRobot:
 
     def update_scene(self, time: float, period: float, truth: GroundTruth) -> None:
         """Update encoders, battery, friction and contacts; `period` is the time since the last."""
-        self._odometry.update(time, *self._encoder_angles())
+        self._read_encoders(time)
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
         self._follow(time, truth.pose)
@@ -209,7 +217,9 @@ class SimulatedRobot:
         for name in taken:
             self._name_driver(name)
         measurements, self._measured = self._measured, {}
-        measurements["wheels"] = self._odometry.reading
+        if self._odometry is not None:
+            measurements["wheels"] = self._odometry.reading
+        measurements |= self._measured_joints(time)
         measurements["battery"] = self._battery.reading(time)
         samples = self._imu.take() if self._imu else None
         if samples is not None:
@@ -218,6 +228,27 @@ class SimulatedRobot:
         return Observation(
             time, {name: item for name, item in measured.items() if name not in self._silenced}
         )
+
+    def camera_now(self, name: str) -> CameraModel | None:
+        """Return a camera with its mount in the base frame now; None if that does not change."""
+        described = _cameras(self.description)[name]
+        if not described.link:
+            return None
+        pose = self._links.pose(described.link, self.joint_positions)
+        return described.model.mounted_on(pose)
+
+    @property
+    def joint_positions(self) -> dict[str, float]:
+        """True positions of the joints of arm and gripper, by name; empty without an arm."""
+        return {} if self.arm is None else self.arm.positions
+
+    def _measured_joints(self, time: float) -> dict[str, Measurement]:
+        """Return the state of the joints, and of the gripper; nothing without an arm."""
+        if self.arm is None:
+            return {}
+        gripper = self.arm.gripper_state(time)
+        joints: dict[str, Measurement] = {"joints": self.arm.state(time)}
+        return joints if gripper is None else {**joints, "gripper": gripper}
 
     def silence(self, name: str, silent: bool) -> None:
         """Let a sensor deliver nothing from now on, or work again.
@@ -317,6 +348,10 @@ class SimulatedRobot:
         if wheels.steering:
             self.physics.steer(wheels.steering)
 
+    def _read_encoders(self, time: float) -> None:
+        if self._odometry is not None:
+            self._odometry.update(time, *self._encoder_angles())
+
     def _encoder_angles(self) -> tuple[Sequence[float], list[float]]:
         """Return the angles that the driven wheels have rolled, and of the steered wheels."""
         wheels = self._wheel_motion.encoder_angles(self.physics.wheel_angles())
@@ -328,12 +363,15 @@ class SimulatedRobot:
         if self.is_pushed:
             self._pushed_at = time
         # What touches the robot while it is pushed is the push's contact, not the drive's.
-        own = Twist() if time - self._pushed_at <= PUSH_ENDS else truth.twist
-        if self._contacts.update(time, bool(touching), own):
+        drives = time - self._pushed_at > PUSH_ENDS and is_driving(truth.twist)
+        moves = drives or (self.arm is not None and self.arm.is_moving)
+        if self._contacts.update(time, bool(touching), moves):
             touch, (x, y) = touching[0], touching[0].place
+            by = f" of {touch.by}" if touch.by else ""
             self.report(
-                "contact", f"contact with {touch.name} at ({x:.2f}, {y:.2f})",
+                "contact", f"contact{by} with {touch.name} at ({x:.2f}, {y:.2f})",
                 touched=touch.name, is_person=touch.is_person, at=[round(x, 2), round(y, 2)],
+                **({"by": touch.by} if touch.by else {}),
             )  # fmt: skip
 
     def _fallen(self, pose: Pose2D) -> list[Touch]:
@@ -369,6 +407,14 @@ class SimulatedRobot:
             trail.append((time, pose))
         while len(trail) > 1 and trail[1][0] <= time - self._longest_scan + ROUNDING:
             trail.popleft()
+
+
+def _arm_of(description: RobotDescription, physics: PhysicsRobot) -> SimulatedArm | None:
+    """Return what drives the arm of a robot; None without one."""
+    if description.arm is None:
+        return None
+    assert physics.arm is not None
+    return SimulatedArm(description.arm, physics.arm)
 
 
 def _cameras(robot: RobotDescription) -> dict[str, CameraDescription | DepthCameraDescription]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import dist
 
+from stack.body import BlockPose
 from stack.drivetrain.description import RobotDescription
 from stack.sim.pace import Pace
 from stack.sim.people import People
@@ -16,6 +18,9 @@ from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Pose2D
+
+VISIBLE_MOTION = 0.005
+"""Metres that a block has moved when displays draw it anew."""
 
 SCENE_STEPS = physics_steps("scene period", 1.0 / SCENE_RATE)
 
@@ -38,7 +43,7 @@ class Simulation:
         world: as given.
         pace: of the clock.
         doors: name -> closed.
-        scene_changes: number of door movements so far.
+        scene_changes: number of visible movements of doors and blocks so far.
         boxes: dropped while the simulation runs. Range sensors see them, cameras do not.
     """
 
@@ -55,6 +60,7 @@ class Simulation:
         self.doors = {door.name: door.closed for door in self.world.doors}
         self.scene_changes = 0
         self.boxes: list[RobotShape] = []
+        self._shown_blocks: list[BlockPose] = []
         self.people = People(replace(self.world, people=()), 0)  # until all robots are known
         self._timeline = Timeline(self.world.timeline)
         self._active = list(self._robots)
@@ -168,7 +174,13 @@ class Simulation:
         return RenderRequest(
             self._step, state.position, state.orientation, self.people.all_places,
             dict(self.doors), others, state.velocity, state.spin, robot.seed,
+            tuple(self._engine.blocks()), robot.joint_positions,
         )  # fmt: skip
+
+    @property
+    def blocks(self) -> list[BlockPose]:
+        """Where the blocks of the world are, in its order."""
+        return self._engine.blocks()
 
     def _advance_to_due(self) -> None:
         steps = min(robot.due for robot in self._active) - self._step
@@ -196,8 +208,12 @@ class Simulation:
         steps = until - self._step
         pushed = [robot for robot in self._robots if robot.is_pushed]
         changing = [robot for robot in self._robots if not robot.drive.skip(steps)]
-        if changing or pushed:
+        arms = [robot.arm for robot in self._robots if robot.arm is not None]
+        arms = [arm for arm in arms if arm.is_moving]
+        if changing or pushed or arms:
             for _ in range(steps):
+                for arm in arms:
+                    arm.advance()
                 for robot in changing:
                     robot.drive_wheels()
                 for robot in pushed:
@@ -224,6 +240,8 @@ class Simulation:
         places = [
             (truth.pose, robot.radius) for robot, truth in zip(self._robots, truths, strict=True)
         ]
+        if self.world.blocks:
+            self._follow_blocks()
         touched: dict[str, float] = {}
         for robot in self._robots:
             for name, depth in robot.touched.items():
@@ -232,6 +250,15 @@ class Simulation:
             self._engine.place_people(self.people.positions)
         for robot, truth in zip(self._robots, truths, strict=True):
             robot.update_scene(self.time, period, truth)
+
+    def _follow_blocks(self) -> None:
+        """Count a change of the scene when a block has moved visibly."""
+        blocks = self.blocks
+        known = self._shown_blocks or blocks
+        moved = (dist(now[0], then[0]) for now, then in zip(blocks, known, strict=True))
+        if not self._shown_blocks or max(moved) > VISIBLE_MOTION:
+            self.scene_changes += bool(self._shown_blocks)
+            self._shown_blocks = blocks
 
     def _apply_due_events(self) -> None:
         poses = [robot.truth.pose for robot in self._robots]

@@ -13,13 +13,26 @@ from importlib.metadata import entry_points
 from typing import Any, get_type_hints
 
 from stack.errors import InputError
-from stack.types import Battery, DepthImage, Image, Imu, Odometry, RangeReading, Scan
+from stack.types import (
+    Battery,
+    DepthImage,
+    GripperState,
+    Image,
+    Imu,
+    JointState,
+    Odometry,
+    RangeReading,
+    Scan,
+)
 
 GROUP = "treepilot.records"
 
 BUILT_IN: dict[str, type] = {
-    kind.__name__: kind for kind in (Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery)
-}
+    kind.__name__: kind
+    for kind in (
+        Scan, RangeReading, Odometry, Imu, Image, DepthImage, Battery, JointState, GripperState,
+    )
+}  # fmt: skip
 
 
 def record_type(name: str) -> type:

@@ -11,6 +11,7 @@ from uuid import uuid4
 from stack.mavlink.origin import GeoOrigin
 from stack.types import (
     STANDSTILL,
+    ArmView,
     Battery,
     CameraState,
     ColourMask,
@@ -270,6 +271,7 @@ class Snapshot:
         sensors: how often each sensor delivers.
         memory: of the engine, bytes; 0: unknown.
         fast_loop: timing of the process that holds the hardware; None without one.
+        arm: its joints, tool and gripper; None without an arm.
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.
         depth_image: newest picture of a depth camera.
@@ -321,6 +323,7 @@ class Snapshot:
     depth_points: FloatArray | None = None
     depth_image: DepthImage | None = None
     fast_loop: LoopStatistics | None = None
+    arm: ArmView | None = None
 
     @property
     def safety(self) -> str:

@@ -4,7 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
-from stack.types.arms import GripperCommand, GripperState, JointState, JointTrajectory
+from stack.types.arms import GripperCommand, GripperState, JointState, JointTrajectory, LinkJoint
 from stack.types.camera import CameraModel, CameraState
 from stack.types.detections import (
     NO_OBJECTS,
@@ -17,6 +17,7 @@ from stack.types.detections import (
 )
 from stack.types.displays import (
     LATENESS_BINS,
+    ArmView,
     LoopStatistics,
     ParameterInfo,
     ParameterTable,
@@ -62,7 +63,6 @@ from stack.types.grids import (
 from stack.types.limitations import Limitation
 from stack.types.obstacles import NO_DEPTH, DepthPoints, ObstaclePoints, RangeView, SeenGround
 from stack.types.perceived import NOTHING_MOVES, CurrentStep, Perceived, WorldView, has_jumped
-from stack.types.places import PlaceSighting
 from stack.types.sensors import (
     NO_COVARIANCE,
     Battery,
@@ -89,6 +89,7 @@ from stack.types.world import (
     MarkerFix,
     MarkerObservation,
     MarkerSighting,
+    PlaceSighting,
     PoseCandidate,
     PoseEstimate,
     RelativePose,
@@ -103,6 +104,7 @@ __all__ = [
     "GripperState",
     "JointState",
     "JointTrajectory",
+    "LinkJoint",
     "Disturbance",
     "DroppedBox",
     "LiftedRobot",
@@ -125,6 +127,7 @@ __all__ = [
     "ContactZone",
     "DockShape",
     "LATENESS_BINS",
+    "ArmView",
     "LINE_COLOURS",
     "FloorLines",
     "Limitation",

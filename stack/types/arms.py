@@ -1,4 +1,4 @@
-"""Arms and grippers: measured states, and what is commanded.
+"""Joints, arms and grippers: how links are joined, measured states, and what is commanded.
 
 Joints stand in the order of the arm's description. A prismatic joint has metres instead of radians
 and newtons instead of newton metres.
@@ -9,6 +9,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.types.geometry import FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LinkJoint:
+    """How a link of a robot hangs on another one, as the URDF describes it.
+
+    Attributes:
+        name: of the joint.
+        kind: fixed | revolute | continuous | prismatic.
+        parent: name of the link above.
+        child: name of the link below, whose frame is that of the joint.
+        origin: (4, 4) parent <- child with the joint at 0, metres.
+        axis: (3,) unit vector in the joint's frame, about or along which the child moves.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: FloatArray
+    axis: FloatArray
 
 
 @dataclass(frozen=True, slots=True)

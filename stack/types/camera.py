@@ -7,8 +7,8 @@ pixel; their principal points are smaller by 0.5.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import atan, cos, inf, sin
+from dataclasses import dataclass, replace
+from math import asin, atan, atan2, cos, hypot, inf, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from stack.types.geometry import FloatArray
 
 _AHEAD = 1e-6
 """Metres; points nearer to the plane of the lens are not seen."""
+
+_VERTICAL = 1e-9
+"""Sine of the angle to the vertical below which a direction has no yaw."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,7 @@ class CameraModel:
         focal_length_y: pixels; None: the same as fx.
         principal_point: (cx, cy) from the picture's corner, pixels; None: the picture's centre.
         distortion: (k1, k2, p1, p2, k3), or empty without distortion.
+        roll: radians about the optical axis, positive clockwise seen from behind the camera.
     """
 
     width: int
@@ -45,6 +49,7 @@ class CameraModel:
     focal_length_y: float | None = None
     principal_point: tuple[float, float] | None = None
     distortion: tuple[float, ...] = ()
+    roll: float = 0.0
 
     def __post_init__(self) -> None:
         if len(self.distortion) not in (0, len(DISTORTION)):
@@ -92,10 +97,31 @@ class CameraModel:
         cp, sp, cy, sy = cos(self.pitch), sin(self.pitch), cos(self.yaw), sin(self.yaw)
         forward = np.array([cp * cy, cp * sy, -sp])
         right = np.array([sy, -cy, 0.0])
+        if self.roll:
+            right = cos(self.roll) * right + sin(self.roll) * np.cross(forward, right)
         transform = np.eye(4)
         transform[:3, 0], transform[:3, 1] = right, np.cross(forward, right)
         transform[:3, 2], transform[:3, 3] = forward, self.position
         return transform
+
+    def mounted_on(self, base_from_link: FloatArray) -> CameraModel:
+        """Return the camera with its mount in the base frame.
+
+        Args:
+            base_from_link: (4, 4) pose of the link that carries the camera, whose mount is given in
+                the frame of that link.
+        """
+        optical = base_from_link @ self.base_from_optical()
+        right, forward = optical[:3, 0], optical[:3, 2]
+        pitch = asin(max(-1.0, min(1.0, -float(forward[2]))))
+        if hypot(forward[0], forward[1]) > _VERTICAL:
+            yaw = atan2(forward[1], forward[0])
+        else:
+            yaw = atan2(right[0], -right[1])  # looks straight up or down: yaw and roll are one turn
+        level = np.array([sin(yaw), -cos(yaw), 0.0])
+        roll = atan2(float(right @ np.cross(forward, level)), float(right @ level))
+        x, y, z = optical[:3, 3].tolist()
+        return replace(self, position=(x, y, z), pitch=pitch, yaw=yaw, roll=roll)
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return the pixels (n, 2) of points (n, 3) in the optical frame, metres.

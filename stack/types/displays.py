@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+from stack.types.geometry import FloatArray
+
 
 @dataclass(frozen=True, slots=True)
 class SensorState:
@@ -61,6 +63,35 @@ class ParameterTable:
 
 LATENESS_BINS: tuple[float, ...] = tuple(1e-6 * 2.0 ** (number / 2.0) for number in range(48))
 """Ends of the bins in which a fast loop counts how late its cycles begin, seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmView:
+    """Measured state of an arm, with what a display needs to know of it.
+
+    Attributes:
+        joints: names, from the base to the hand.
+        positions: (n,) radians.
+        lower: (n,) limits, radians.
+        upper: (n,) limits, radians.
+        moving: whether a joint moves.
+        tool: (4, 4) pose of the tool in the base frame, metres.
+        problem: why the arm stopped by itself; empty if it did not.
+        width: of the gripper, metres; 0 without one.
+        width_max: of the open gripper, metres; 0 without one.
+        force: with which its fingers press, N.
+    """
+
+    joints: tuple[str, ...]
+    positions: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    moving: bool
+    tool: FloatArray
+    problem: str = ""
+    width: float = 0.0
+    width_max: float = 0.0
+    force: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,11 +126,14 @@ MASSES = {
 }  # fmt: skip
 
 
+WHEELED = [name for name in robot_names() if read_robot(find_robot(name, Path())).drivetrain.moves]
+
+
 def steering_joints(robot):
     return getattr(robot.wheels, "steering", ())
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", WHEELED)
 def test_a_robot_stands_still_and_upright_for_a_second(name):
     import pybullet
 
@@ -182,7 +185,7 @@ def tops_and_widths(urdf):
             yield height + tall / 2, width
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", WHEELED)
 def test_a_robot_s_shapes_stay_inside_its_footprint_and_under_its_lidar(name):
     import pybullet
 

@@ -19,12 +19,14 @@ from treepilot.shadowing import PACKAGES
 ROOT = Path(__file__).parents[2]
 
 NAMES = """
-    Assignments AsyncConnection Base Battery Behaviour Body BodyCommand BodyError BodyHealth
+    Arm Assignments AsyncConnection Base Battery Behaviour Body BodyCommand BodyError BodyHealth
     BodyKind BodySetup Box CancelToken Canvas CommandRefused Connection ContactZone
     ControlState Controller CostGrid CostmapFrame CostmapLayer CoveragePlan
     DEFAULT_PLAN_OPTIONS DRIVE_FAILURES DepthImage Detection DriveState Estimator Event
     Expression FREE FREE_COST Failure FailureCode FloatArray FloorLines Footprint Frontier
-    GoalChecker GoalTolerance INSCRIBED_COST Image Imu InputError LETHAL_COST Lack LayerUpdate
+    GoalChecker GoalTolerance Gripper GripperCommand GripperState INSCRIBED_COST Image Imu
+    InputError
+    JointState JointTrajectory LETHAL_COST Lack LayerUpdate
     Localisation Map Marker MarkerFix MarkerObservation MarkerSighting Match MissionState
     NO_BOX NavigationError OCCUPIED Observation OccupancyGrid Odometry OdometryFusion
     ParameterError Path PathSegment Perception PlaceSighting PlanOptions Planner PointCloud

@@ -8,6 +8,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from stack.telemetry.records import Snapshot
+from stack.types import ArmView
 from tui.drawing.palette import (
     BAD,
     BUSY,
@@ -23,6 +24,9 @@ from tui.drawing.palette import (
 from tui.drawing.strips import TextLines, one_line
 
 BAR, LABEL = 10, 9
+LEVELS = "▁▂▃▄▅▆▇█"
+"""From the lower to the upper limit of a joint."""
+
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")
 
 USABLE_FAULTS = ("late", "uniform")
@@ -49,6 +53,8 @@ class VitalsPane(TextLines, can_focus=True):
         self._localisation(text, snapshot)
         speed = snapshot.measured
         _line(text, "speed", f"{speed.linear:5.2f} m/s  {speed.angular:+.2f} rad/s")
+        if snapshot.arm is not None:
+            _arm(text, snapshot.arm)
         _cameras(text, snapshot)
         self._counters(text, snapshot)
         self._stages(text, snapshot)
@@ -106,6 +112,20 @@ class VitalsPane(TextLines, can_focus=True):
             _bar(text, name, stage.mean / FULL_BAR, PARTICLE if name != "body" else BUSY)
             text.append(f" {stage.mean * 1e3:5.2f} ms", style=css(TEXT))
             text.append(f" ▲{stage.overruns}\n" if stage.overruns else "\n", style=css(WARN))
+
+
+def _arm(text: Text, arm: ArmView) -> None:
+    """Show where each joint is between its limits, the tool in the base frame, and the gripper."""
+    shares = (arm.positions - arm.lower) / (arm.upper - arm.lower)
+    steps = [round(max(0.0, min(1.0, float(share))) * (len(LEVELS) - 1)) for share in shares]
+    state = one_line(arm.problem) if arm.problem else "moving" if arm.moving else "at rest"
+    colour = BAD if arm.problem else TEXT
+    _line(text, "arm", f"{''.join(LEVELS[step] for step in steps)} {state}", colour)
+    x, y, z = arm.tool[:3, 3]
+    _line(text, "tool", f"{x:.2f} {y:+.2f} {z:.2f} m")
+    if arm.width_max:
+        _bar(text, "gripper", arm.width / arm.width_max, PARTICLE)
+        text.append(f" {1e3 * arm.width:.0f} mm {arm.force:.0f} N\n", style=css(TEXT))
 
 
 def _cameras(text: Text, snapshot: Snapshot) -> None:

@@ -9,32 +9,25 @@ from time import sleep  # noqa: TID251 - only while the simulation is held
 
 from missions.commissioning.preflight import require_ready
 from missions.execution.build.detour import detour_maker
+from missions.execution.build.driving import DrivingInput, driving_of, place_of
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
-from missions.execution.build.world import landmarks_of, map_of, world_model_of
+from missions.execution.build.world import landmarks_of, map_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
 from missions.execution.resources import map_folder
-from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, chosen_body, playing
 from stack.body import Body, Replay, SimulatedWorld
-from stack.components import Estimator
-from stack.control.evasion.evasion import Evasion
-from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError, InputError
 from stack.frames.buffer import TransformBuffer
-from stack.navigation.capabilities.localisation import StackLocalisation
-from stack.navigation.capabilities.map import StackMap
+from stack.navigation.capabilities.arm import ArmStage
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
-from stack.navigation.drive_tools import DriveTools
 from stack.navigation.live_parameters import LiveParameters, Tunable
-from stack.navigation.navigator import Navigator
-from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import Emit
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
@@ -49,13 +42,11 @@ from stack.perception.objects.detection import ObjectDetection, load_model
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.places.descriptor import load_descriptor
 from stack.perception.places.memory import PlaceMemory
-from stack.planning.outline_check import outline_checked
 from stack.runtime.failsafes import Failsafes
 from stack.runtime.holdups import Holdups
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.loop import Runtime
 from stack.runtime.perceiver import Perceiver
-from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry, discard
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
@@ -142,18 +133,17 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
     now = CurrentStep(Perceived(body.time, perceiver.estimator.estimate))
     holdups = Holdups(partial(telemetry.emit, source="safety"), loop.period, landmarks_of(plan))
     failsafes = Failsafes(plan.choices["failsafe"].parameters, telemetry.emit)
-    navigator = _navigator(
-        plan, perceiver, now, emit, log, holdups.sentence, is_real_time=body.is_real_time
+    maps = FolderMapStore(folder, plan.mission.source.parent)
+    driving = driving_of(
+        plan,
+        DrivingInput(perceiver, grid, maps, now, emit, log, holdups.sentence, body.is_real_time),
     )
-    safety_choice = plan.choices["safety"]
-    safety = Safety(plan.robot, safety_choice.parameters, loop.period, safety_choice.parts)
+    limbs = ArmStage(plan.robot, now)
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     robot = StackRobot(
-        navigator.base,
-        StackLocalisation(perceiver.estimator, navigator, perceiver.frames, now, emit),
-        _map(plan, grid, perceiver, folder, emit),
+        driving.base, driving.localisation, driving.map,
         _perception(plan.robot, perceiver, coloured, now),
-        body, now, PictureStore(folder), emit,
+        body, now, PictureStore(folder), emit, limbs,
     )  # fmt: skip
     tree = compile_mission(plan.mission)
     tree.setup(robot, tree_emitter(telemetry), log)
@@ -166,10 +156,12 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
         else SimulationScorer(simulation, plan.world, plan.robot.footprint, lambda: body.time)
     )
     sensor_log = _sensor_log(plan, options, folder)
-    tuning = LiveParameters(_tunables(navigator, safety, failsafes, perceiver, coloured), emit)
+    tuned = {**driving.tunables, **_tunables(failsafes, perceiver, coloured)}
+    tuning = LiveParameters(tuned, emit)
+    detours = detour_maker(plan.mission, plan.robot, robot, log)
     parts = LoopParts(
-        body, perceiver, now, tree, robot, navigator, safety, tuning, telemetry, holdups, failsafes,
-        scorer, debugger, sensor_log, detour_maker(plan.mission, plan.robot, robot, log),
+        body, perceiver, now, tree, robot, driving.navigator, driving.safety, limbs, tuning,
+        telemetry, holdups, failsafes, scorer, debugger, sensor_log, detours,
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
     for command in options.first_commands():
@@ -185,13 +177,12 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
     telemetry: Telemetry, log: Callable[[str], None],
 ) -> Perceiver:  # fmt: skip
     robot, choices = plan.robot, plan.choices
-    world_model = world_model_of(plan, grid)
-    estimator = _estimator(plan, grid, options.seed)
+    place = place_of(plan, grid, options.seed)
     if body.is_real_time:
-        estimator.run_in_real_time()
+        place.estimator.run_in_real_time()
     camera = CameraLease(CAMERA_TIME, always=options.camera == "on")
     detection = choices["object_detector"].parameters
-    costmaps = (world_model.local_costmap, world_model.global_costmap)
+    costmaps = place.world_model.costmaps.values()
     objects = ObjectDetection(
         detection, load_model(detection) if robot.camera else None, camera,
         emitter(telemetry, "perception"), log,
@@ -199,9 +190,9 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
         is_real_time=body.is_real_time,
     )  # fmt: skip
     return Perceiver(
-        odometry=choices[ODOMETRY].create(robot),
+        odometry=place.odometry,
         frames=TransformBuffer(choices["loop"].parameters.pose_history),
-        estimator=estimator,
+        estimator=place.estimator,
         cameras=CameraWatch(robot, choices["cameras"].parameters),
         depth_scans=DepthScans(robot),
         markers=MarkerStage(_marker_detector(plan), choices["markers"].parameters),
@@ -209,24 +200,13 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
         depth=DepthObstacles(robot, choices["depth"].parameters),
         obstacle_memory=ObstacleMemory(robot, choices["obstacle_memory"].parameters),
         objects=objects,
-        world_model=world_model,
+        world_model=place.world_model,
         camera=camera,
         depth_camera=CameraLease(CAMERA_TIME),
         map_layer=Layer(1, grid),
         is_mapped=plan.is_mapped,
         emit=emitter(telemetry, "navigation"),
     )
-
-
-def _map(
-    plan: PreparedMission, grid: OccupancyGrid, perceiver: Perceiver, folder: RunFolder | None,
-    emit: Emit,
-) -> StackMap:  # fmt: skip
-    return StackMap(
-        plan.robot, perceiver.estimator, perceiver.world_model, grid if plan.is_mapped else None,
-        FolderMapStore(folder, plan.mission.source.parent), emit, perceiver.markers.survey,
-        plan.markers, perceiver.places,
-    )  # fmt: skip
 
 
 def _perception(
@@ -296,54 +276,17 @@ def _sensor_log(
 
 
 def _tunables(
-    navigator: Navigator, safety: Safety, failsafes: Failsafes, perceiver: Perceiver,
-    coloured: ColouredObjectDetector,
-) -> dict[str, Tunable]:  # fmt: skip
+    failsafes: Failsafes, perceiver: Perceiver, coloured: ColouredObjectDetector
+) -> dict[str, Tunable]:
     return {
-        "controller": navigator.tools.path_follower,
-        "goal_checker": navigator.tools.goal_checker,
-        "progress_checker": navigator.tools.progress_checker,
-        "navigator": navigator.tools,
-        "safety": safety,
         "failsafe": failsafes,
-        "evasion": navigator.evasion,
-        "local_costmap": perceiver.world_model.local_costmap,
-        "global_costmap": perceiver.world_model.global_costmap,
-        "localisation": perceiver.estimator,
-        "odometry": perceiver.odometry,
         "depth": perceiver.depth,
         "cameras": perceiver.cameras,
         "coloured_objects": coloured,
         "object_detector": perceiver.objects,
         "markers": perceiver.markers,
         "place_recognition": perceiver.places,
-        "obstacle_memory": perceiver.obstacle_memory,
     }
-
-
-def _navigator(  # noqa: PLR0913 - what it needs of the engine
-    plan: PreparedMission, perceiver: Perceiver, now: CurrentStep, emit: Emit,
-    log: Callable[[str], None], held: Callable[[float, float], str], *, is_real_time: bool,
-) -> Navigator:  # fmt: skip
-    choices, robot, world = plan.choices, plan.robot, perceiver.world_model
-    controller, period = choices["controller"], choices["loop"].parameters.period
-    planner = outline_checked(choices["planner"], robot)
-    tools = DriveTools(
-        robot=robot,
-        path_follower=PathFollower(controller.created_with, controller.parameters, robot, period),
-        goal_checker=choices["goal_checker"].create(robot),
-        progress_checker=choices["progress_checker"].create(robot),
-        planner_worker=PlannerWorker(planner, log, is_real_time=is_real_time),
-        parameters=choices["navigator"].parameters,
-        local_costmap=world.local_costmap,
-        global_costmap=world.global_costmap,
-        emit=emit,
-        period=period,
-        held=held,
-        landmarks=landmarks_of(plan),
-    )
-    evasion = Evasion(robot, choices["evasion"].parameters)
-    return Navigator(tools, evasion, perceiver.estimator, now, world.cover, log)
 
 
 def _places(plan: PreparedMission) -> PlaceMemory:
@@ -363,15 +306,3 @@ def _places(plan: PreparedMission) -> PlaceMemory:
 def _idle() -> None:
     """Sleep while the robot is held, so that the loop does not spin."""
     sleep(IDLE_SECONDS)
-
-
-def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
-    """Return the chosen estimator, started at the initial pose."""
-    choice = plan.choices[LOCALISATION]
-    estimator: Estimator = choice.create(plan.robot, grid if plan.is_mapped else None, seed)
-    folder = map_folder(plan.mission.map, plan.mission.source.parent)
-    if estimator.loads_saved_maps and folder is not None:
-        estimator.load_map(grid, folder, plan.belief)
-    else:
-        estimator.start(plan.belief)
-    return estimator

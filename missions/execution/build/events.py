@@ -22,7 +22,7 @@ def announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
             text = f"{plan.recording.file.name}: {note}"
             telemetry.emit("recording", text, source="body", level="warning")
     robot = plan.robot
-    if not (robot.all_lidars or robot.sonars):
+    if robot.drivetrain.moves and not (robot.all_lidars or robot.sonars):
         telemetry.emit(
             "safety",
             f"{robot.name} has no lidar and no sonar: it does not see obstacles and drives at most"

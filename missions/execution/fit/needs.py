@@ -14,7 +14,7 @@ from robots.load import robot_names
 from stack.components import Choice, Component, Estimator, noun
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
-from stack.drivetrain.needs import lacking, noun_of, sensors_of
+from stack.drivetrain.needs import LIMBS, lacking, noun_of, sensors_of
 from stack.parameters import values_of
 
 SWITCHES = {("depth", "obstacles"): "depth_camera", ("place_recognition", "record"): "camera"}
@@ -57,8 +57,9 @@ def missing(what: str, need: str, mark: Mark, robot: RobotDescription, hint: str
     """Return the error that something needs what the robot lacks; `hint` is another remedy."""
     noun = noun_of(need)
     sentence = f"{what} needs {_article(noun)} {noun}, and {robot.name} has none"
-    has = ", ".join(f"{name} ({kind})" for name, kind in sensors_of(robot).items())
-    sentence += f"; it has {has}" if has else "; it has no sensor"
+    if need not in LIMBS:
+        has = ", ".join(f"{name} ({kind})" for name, kind in sensors_of(robot).items())
+        sentence += f"; it has {has}" if has else "; it has no sensor"
     others = list(_robots_with(need))
     use = f"use a robot with {_article(noun)} {noun}"
     use += f": {', '.join(others)}" if others else ""

@@ -21,6 +21,11 @@ SQUEEZED = 0.05
 """Metres by which what squeezes a robot overlaps it at least."""
 
 
+def is_driving(twist: Twist) -> bool:
+    """Whether a velocity of the base counts as a motion."""
+    return max(abs(twist.linear), abs(twist.angular), abs(twist.lateral)) > MOVING_SPEED
+
+
 def depths(touches: Iterable[Touch], tilt: float) -> dict[str, float]:
     """Return, by name, the largest depth by which the robot and what it touches overlap, metres.
 
@@ -47,24 +52,30 @@ class ContactCounter:
 
     def __init__(self) -> None:
         self.tally = ContactTally()
-        self._before = Twist()
+        self._moved = False
         self._last = -EPISODE_GAP
 
-    def update(self, time: float, touching: bool, speed: Twist) -> bool:
-        """Record whether the robot touches something now; return whether a contact begins."""
-        before, self._before = self._before, speed
+    def update(self, time: float, touching: bool, moves: bool) -> bool:
+        """Record whether the robot touches something now; return whether a contact begins.
+
+        Args:
+            time: seconds.
+            touching: whether it touches something.
+            moves: whether base or arm move by themselves now.
+        """
+        moved, self._moved = self._moved, moves
         if not touching:
             return False
         # Tolerance for the rounding error of a sum of many periods.
         begins = time - self._last >= EPISODE_GAP - 1e-9
         self._last = time
         if begins:
-            self._count(before)
+            self._count(moved)
         return begins
 
-    def _count(self, before: Twist) -> None:
+    def _count(self, moved: bool) -> None:
         tally = self.tally
-        if max(abs(before.linear), abs(before.angular), abs(before.lateral)) > MOVING_SPEED:
+        if moved:
             self.tally = ContactTally(tally.by_robot + 1, tally.against_standing)
         else:
             self.tally = ContactTally(tally.by_robot, tally.against_standing + 1)

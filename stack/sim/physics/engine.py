@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.body import GroundTruth
+from stack.body import BlockPose, GroundTruth
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.errors import InputError
 from stack.sim.physics.mirrors import MirrorFace
@@ -54,22 +54,66 @@ class Touch(NamedTuple):
         place: x, y in the world frame, metres.
         depth: by which the bodies overlap, metres.
         is_person: whether it is a person of the world.
+        by: link of the arm that touches it; empty for the base.
     """
 
     name: str
     place: tuple[float, float]
     depth: float = 0.0
     is_person: bool = False
+    by: str = ""
+
+
+class JointReading(NamedTuple):
+    """State of the joints of an arm: positions, velocities and efforts, each (n,)."""
+
+    positions: FloatArray
+    velocities: FloatArray
+    efforts: FloatArray
+
+
+class FingerState(NamedTuple):
+    """State of a gripper: width, metres, speed of the faster finger, m/s, force, N."""
+
+    width: float
+    speed: float
+    force: float
+
+
+class PhysicsArm(ABC):
+    """An arm of a robot in a physics engine; it is at its posture `home` at the start."""
+
+    @abstractmethod
+    def place(self, positions: Sequence[float]) -> None:
+        """Put the joints at positions, at rest."""
+
+    @abstractmethod
+    def drive(self, positions: Sequence[float], velocities: Sequence[float]) -> None:
+        """Set what the joint motors strive for from now on, within their efforts."""
+
+    @abstractmethod
+    def joints(self) -> JointReading:
+        """Return the state of the joints."""
+
+    @abstractmethod
+    def move_fingers(self, width: float, force: float) -> None:
+        """Move the fingers to a width, metres, pressing with at most a force, N."""
+
+    @abstractmethod
+    def finger_state(self) -> FingerState:
+        """Return the state of the fingers; only for an arm with a gripper."""
 
 
 class PhysicsRobot(ABC):
-    """A wheeled robot in a physics engine.
+    """A robot in a physics engine.
 
     Attributes:
         wheel_places: (n, 2) contact points of the wheels, driven ones first, base frame, metres.
+        arm: None without one.
     """
 
     wheel_places: FloatArray
+    arm: PhysicsArm | None = None
 
     @abstractmethod
     def base_state(self) -> BaseState:
@@ -206,6 +250,10 @@ class PhysicsEngine(ABC):
     @abstractmethod
     def place_door(self, name: str, closed: bool) -> None:
         """Move a door into its gap, or out of reach."""
+
+    @abstractmethod
+    def blocks(self) -> list[BlockPose]:
+        """Return where the blocks of the world are, in its order."""
 
     def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
         """Put an immovable box of a size (length, width, height), metres, onto the floor.

@@ -16,7 +16,7 @@ from stack.schedule import Schedule
 from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
-from stack.types import DepthImage, Image
+from stack.types import CameraModel, DepthImage, Image
 
 _ROUNDING = 1e-9
 
@@ -44,7 +44,7 @@ class Camera:
         self._setup = setup
         name = f"the renderer of the camera {setup.name}"
         self._renderer = Worker(name, "stack.sim.sensors.rendering:renderer", (setup, engine))
-        self._exposures: deque[float] = deque()
+        self._exposures: deque[tuple[float, CameraModel]] = deque()
         self.restart()
 
     def restart(self) -> None:
@@ -62,7 +62,7 @@ class Camera:
     def expose(self, time: float, request: RenderRequest) -> None:
         """Take a picture now; start rendering it."""
         self._schedule.take(time)
-        self._exposures.append(time)
+        self._exposures.append((time, request.camera or self._setup.camera.model))
         try:
             self._renderer.send(request)
         except WorkerError as loss:
@@ -95,12 +95,12 @@ class Camera:
         except WorkerError as loss:
             self._note(loss)
             return None
-        stamp = self._exposures.popleft()
+        stamp, model = self._exposures.popleft()
         self._losses, shape = 0, (camera.model.height, camera.model.width)
         if isinstance(camera, DepthCameraDescription):
             depth = _array(received, np.float32, shape)
-            return DepthImage(stamp, depth, camera.model, camera.range_min, camera.range_max)
-        return Image(stamp, _array(received, np.uint8, (*shape, 3)), camera.model)
+            return DepthImage(stamp, depth, model, camera.range_min, camera.range_max)
+        return Image(stamp, _array(received, np.uint8, (*shape, 3)), model)
 
     def take_problems(self) -> list[str]:
         """Return what happened to the renderer since the last call, as sentences."""
@@ -124,7 +124,7 @@ class Camera:
 
     def _is_due(self, time: float) -> bool:
         latency = self._setup.camera.latency
-        return bool(self._exposures) and time >= self._exposures[0] + latency - _ROUNDING
+        return bool(self._exposures) and time >= self._exposures[0][0] + latency - _ROUNDING
 
 
 def _array(received: bytes, kind: type, shape: tuple[int, ...]) -> NDArray[Any]:

@@ -84,7 +84,8 @@ class CameraRenderer:
     def _view(self, request: RenderRequest) -> FloatArray:
         """Return (4, 4) OpenGL eye frame from world."""
         world_from_base = from_quaternion(request.position, request.orientation)
-        world_from_optical = world_from_base @ self._setup.camera.model.base_from_optical()
+        camera = request.camera or self._setup.camera.model
+        world_from_optical = world_from_base @ camera.base_from_optical()
         return np.linalg.inv(world_from_optical @ FLIP).astype(np.float64)
 
 

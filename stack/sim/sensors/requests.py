@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
+from stack.body import BlockPose
 from stack.drivetrain.description import CameraDescription, DepthCameraDescription
 from stack.sim.worlds.world import World
-from stack.types import FloatArray
+from stack.types import CameraModel, FloatArray
 
 Position = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -36,9 +38,12 @@ class RenderRequest:
         people: (n, 3) x, y, radius, world frame, metres; nan: not there.
         doors: name -> closed.
         robots: (model, position, orientation) of the other robots, always in the same order.
+        blocks: pose of each block of the world, in its order.
+        joints: positions of the joints of the robot's arm and gripper, by name.
         velocity: of the base frame's origin, world frame, m/s.
         spin: angular velocity of the base frame, world frame, rad/s.
         seed: of the image noise.
+        camera: the camera with its mount in the base frame; None: as the setup has it.
     """
 
     step: int
@@ -50,3 +55,6 @@ class RenderRequest:
     velocity: Position = (0.0, 0.0, 0.0)
     spin: Position = (0.0, 0.0, 0.0)
     seed: int = 0
+    blocks: tuple[BlockPose, ...] = ()
+    joints: Mapping[str, float] = field(default_factory=dict)
+    camera: CameraModel | None = None

@@ -17,6 +17,7 @@ from stack.mavlink.origin import HIGHEST_LATITUDE, GeoOrigin
 from stack.parameters import Declaration
 from stack.sim.worlds.polylines import rounded
 from stack.sim.worlds.values import (
+    BLOCK_NAME,
     CLOSED,
     COLOUR,
     CORNER_RADIUS,
@@ -35,6 +36,7 @@ from stack.sim.worlds.values import (
 )  # fmt: skip
 from stack.sim.worlds.world import (
     POSTER,
+    Block,
     Box,
     Cylinder,
     Dock,
@@ -79,6 +81,21 @@ def box(reading: Reading, section: Section) -> Box | None:
     if pose is None or size is None:
         return None
     return Box(pose, (size[0], size[1], size[2]), **values)
+
+
+def block(reading: Reading, section: Section) -> Block | None:
+    """Read a box that can be moved; its name is that of no other."""
+    name, named = section.value(BLOCK_NAME), section.node.get("name")
+    if name is not None and named is not None:
+        reading.take("block", name, named.mark)
+    at = section.node_of("at", required=True)
+    pose = None if at is None else reading.pose(section, "at", at)
+    node = section.node_of("size", required=True)
+    size = None if node is None else section.parts("size", node, SIZE)
+    values = _coloured_fields(section, Block)
+    if name is None or pose is None or size is None:
+        return None
+    return Block(name, pose, (size[0], size[1], size[2]), **values)
 
 
 def cylinder(reading: Reading, section: Section) -> Cylinder | None:

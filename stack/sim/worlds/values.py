@@ -52,6 +52,7 @@ FRICTION = replace(declarations(World)["friction"], default=REQUIRED)
 CORNER_RADIUS = length("corner_radius", "radius of the arcs at its corners", 0.0, above=None,
                        at_least=0.0)  # fmt: skip
 CLOSED = Declaration("closed", bool, "join the last point to the first", default=False)
+BLOCK_NAME = Declaration("name", str, "name in messages and displays")
 DOOR_NAME = Declaration("name", str, "name for the timeline")
 
 

@@ -91,6 +91,24 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True)
+class Block:
+    """A box that arms can move: pose of its centre at time 0, size as of a box, metres.
+
+    Lidars, sonars and maps do not show it; cameras do.
+    """
+
+    name: str
+    pose: Pose2D
+    size: tuple[float, float, float]
+    colour: Colour = (0.80, 0.20, 0.15)
+    elevation: float = parameter(
+        0.0, "m", at_least=0.0, at_most=20.0, help="height of its underside above the floor"
+    )
+    mass: float = parameter(0.1, "kg", above=0.0, at_most=1000.0, help="mass")
+    friction: float = parameter(1.0, at_least=0.0, at_most=2.0, help="Coulomb friction coefficient")
+
+
+@dataclass(frozen=True, slots=True)
 class Cylinder:
     """An upright cylinder on the floor. x, y, radius and height in metres."""
 
@@ -363,3 +381,4 @@ class World:
     origin: GeoOrigin | None = None
     source: FilePath | None = None
     warnings: tuple[Finding, ...] = ()
+    blocks: tuple[Block, ...] = ()

@@ -38,7 +38,8 @@ MARGIN = 0.5
 """Margin of the default bounds around all obstacles and places, metres."""
 
 KEYS = (
-    "world", "walls", "boxes", "places", "bounds", "cylinders", "doors", "markers", "people",
+    "world", "walls", "boxes", "blocks", "places", "bounds", "cylinders", "doors", "markers",
+    "people",
     "docks", "timeline", "start", "friction", "friction_zones", "drops", "lines", "posters",
     "floor", "light", "origin", "format", "doc",
 )  # fmt: skip
@@ -115,6 +116,7 @@ def read_world(path: Path, text: str | None = None) -> World:
         bounds=(0.0, 0.0, 0.0, 0.0),
         walls=reading.each(top, "walls", "a wall", items.wall),
         boxes=reading.each(top, "boxes", "a box", items.box),
+        blocks=reading.each(top, "blocks", "a block", items.block),
         cylinders=reading.each(top, "cylinders", "a cylinder", items.cylinder),
         doors=reading.each(top, "doors", "a door", items.door),
         markers=reading.each(top, "markers", "a marker", items.marker),
@@ -131,8 +133,8 @@ def read_world(path: Path, text: str | None = None) -> World:
         source=path,
         **fields_of(top, World),
     )
-    blocks = chain.from_iterable(dock.boxes() for dock in world.docks)
-    world = replace(world, boxes=(*world.boxes, *blocks))
+    docks = chain.from_iterable(dock.boxes() for dock in world.docks)
+    world = replace(world, boxes=(*world.boxes, *docks))
     bounds = _bounds(top)
     top.done()
     findings.raise_errors()

@@ -13,6 +13,7 @@ from missions.inspection.listing import description_of, installed
 from robots.load import robot_names
 from stack.components import BUILT_IN, component
 from stack.drivetrain.needs import NEEDS, alternatives, lacking, needs_problem
+from stack.drivetrain.needs import SENSORS as KINDS
 from tests.missions.mission_fakes import read_text
 
 SCOUT_URDF = load_robot("scout", Path()).urdf
@@ -65,14 +66,15 @@ def test_every_need_of_what_is_built_in_is_in_the_table():
     declared += [component(kind, name).needs for kind, names in BUILT_IN.items() for name in names]
     names = {one for needs in declared for need in needs for one in alternatives(need)}
     assert names and names <= set(NEEDS)
-    assert {name for name in catalogue.names() if catalogue.get(name).needs} == set(GUARDED)
+    sensing = {name for name in catalogue.names() if {*catalogue.get(name).needs} - {"base"}}
+    assert sensing == set(GUARDED)
 
 
-@pytest.mark.parametrize("need", NEEDS)
+@pytest.mark.parametrize("need", KINDS)
 def test_a_need_is_met_by_the_robot_that_has_the_sensor(need):
     assert list(lacking((need,), ALL)) == []
     assert list(lacking((need,), BLIND)) == [need]
-    others = " or ".join(name for name in NEEDS if name != need)
+    others = " or ".join(name for name in KINDS if name != need)
     only = {"lidar": {"lidar": ALL.lidar}, "camera": {"camera": ALL.camera},
             "depth_camera": {"depth_cameras": ALL.depth_cameras}, "sonar": {"sonars": ALL.sonars},
             "imu": {"imu": ALL.imu}}  # fmt: skip
@@ -88,6 +90,30 @@ def test_a_behaviour_without_its_sensor_is_refused_where_it_is_used(tmp_path, ki
     assert finding.sentence.startswith(f"{kind} needs a ")
     assert "scout" in finding.hint  # a robot that has it
     assert behaviour_needs(mission, ALL) == []
+
+
+ARM = load_robot("panda_table", Path())
+
+
+def test_an_arm_on_a_column_has_no_drive_and_a_rover_no_arm(tmp_path):
+    assert list(lacking(("base", "arm", "gripper"), ARM)) == ["base"]
+    assert list(lacking(("base", "arm", "gripper"), ALL)) == ["arm", "gripper"]
+
+
+MOVES = {
+    "navigate_to_pose": "[1, 2]", "spin": "90 deg", "back_up": "{distance: 20 cm}",
+    "clear_costmap": "{}", "compute_path": "[1, 2]", "save_map": "{}",
+    "set_pose": "[1, 2]",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "ports"), MOVES.items())
+def test_what_needs_a_drive_is_refused_on_an_arm_and_says_nothing_of_sensors(tmp_path, kind, ports):
+    mission = read_text(tmp_path, f"run:\n  sequence:\n    - say: a\n    - {kind}: {ports}\n")
+    [finding] = behaviour_needs(mission, ARM)
+    assert (finding.code, finding.mark.line) == ("E183", 4)
+    assert finding.sentence == f"{kind} needs a drive, and panda_table has none"
+    assert "scout" in finding.hint and "panda_table" not in finding.hint
 
 
 def test_a_behaviour_that_is_used_often_is_one_finding(tmp_path):
@@ -221,7 +247,7 @@ def test_a_plugin_that_needs_what_nobody_knows_is_refused_by_name(tmp_path):
 
 def test_descriptions_show_the_needs():
     known = installed()
-    assert "\nneeds: camera\n" in description_of("follow_line", known)
+    assert "\nneeds: drive, camera\n" in description_of("follow_line", known)
     assert "\nneeds: lidar\n" in description_of("mcl", known)
     assert "needs:" not in description_of("wait", known)
 

@@ -5,9 +5,8 @@ import pytest
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
 from robots.scripted import ScriptedBody, scans_of
-from stack.body import BodyCommand
+from stack.body import STOP
 from stack.errors import BodyError
-from stack.types import STANDSTILL
 from tests.missions.execution.live_run import Kept
 
 MISSION = """mission: straight on
@@ -26,7 +25,7 @@ class NotedBody(ScriptedBody):
 
     def command(self, command):
         super().command(command)
-        if command == BodyCommand(STANDSTILL):
+        if command == STOP:
             self.notes.append("standstill")
 
     def close(self):
@@ -115,7 +114,7 @@ def test_an_error_in_every_step_stops_the_robot(moving, monkeypatch, error):
     while not run.is_over:
         run.step()
     assert set(notes) == {"standstill"}
-    assert run.engine.body.commands[-1] == BodyCommand(STANDSTILL)
+    assert run.engine.body.commands[-1] == STOP
 
 
 def test_the_motion_is_stopped_with_the_mission(moving, monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
+from stack.navigation.capabilities.arm import ArmStage
 from stack.navigation.capabilities.localisation import StackLocalisation
 from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
@@ -138,7 +139,7 @@ class Rig:
         )  # fmt: skip
         self.robot = StackRobot(
             self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
-            toy.emit,
+            toy.emit, ArmStage(world.robot, toy.now),
         )  # fmt: skip
 
     def step(self, image=None):

@@ -10,7 +10,7 @@ from stack.drivetrain.description import BatteryDescription
 from stack.drivetrain.limits import Limits
 from stack.sim.battery import Battery
 from stack.sim.people import People, Walker
-from stack.sim.physics.contacts import ContactCounter
+from stack.sim.physics.contacts import ContactCounter, is_driving
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import Dock, Person, Trigger, World, WorldEvent
 from stack.types import Pose2D, Twist
@@ -61,7 +61,7 @@ def test_a_person_who_does_not_yield_walks_into_the_robot():
 def touches(*entries):
     counter = ContactCounter()
     for time, touching, speed in entries:
-        counter.update(time, touching, speed)
+        counter.update(time, touching, is_driving(speed))
     return counter.tally
 
 

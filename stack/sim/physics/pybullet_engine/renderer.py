@@ -19,6 +19,7 @@ from stack.errors import BodyError
 from stack.sim.physics.engine import Renderer
 from stack.sim.physics.mirrors import MirrorFace
 from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.arm import joint_numbers
 from stack.sim.physics.pybullet_engine.gl_drawing import GlDrawing
 from stack.sim.physics.pybullet_engine.robot import load_robot
 from stack.sim.physics.pybullet_engine.scene import HIDDEN_HEIGHT, Scene
@@ -55,6 +56,7 @@ class BulletRenderer(Renderer):
                 bullet, self._client, setup.world, FilePath(folder), mirror
             )
             self._robot = self._load(setup.model)
+            self._joints = joint_numbers(bullet, self._client, self._robot[0])
             self._others: list[tuple[int, Any]] = []
             self._gl = self._opengl()
 
@@ -122,6 +124,10 @@ class BulletRenderer(Renderer):
         return pixels[:, :, :3], np.asarray(answer[3], dtype=np.float32).reshape(height, width)
 
     def _place_bodies(self, request: RenderRequest) -> None:
+        for name, value in request.joints.items():
+            self._bullet.resetJointState(
+                self._robot[0], self._joints[name], value, physicsClientId=self._client
+            )
         self._place_robot(self._robot, request.position, request.orientation)
         if len(self._others) < len(request.robots):
             self._others += [self._load(model) for model, *_ in request.robots[len(self._others) :]]
@@ -129,6 +135,7 @@ class BulletRenderer(Renderer):
         for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
             self._place_robot(robot, position, orientation)
         self._scene.place_people([(x, y) for x, y, _ in request.people.tolist()])
+        self._scene.place_blocks(request.blocks)
         for name, closed in request.doors.items():
             self._scene.place_door(name, closed)
 

@@ -1,4 +1,4 @@
-"""One robot in a PyBullet world: wheels, true pose and contacts.
+"""One robot in a PyBullet world: base, wheels, true pose and contacts.
 
 PyBullet's conventions (centre-of-mass poses, joint numbers) stay inside this module; its interface
 uses base-frame poses and wheel angles.
@@ -19,6 +19,7 @@ from stack.errors import BodyError
 from stack.sim.physics.engine import GRAVITY, BaseState, PhysicsRobot, Touch
 from stack.sim.physics.meshes import file_name
 from stack.sim.physics.pybullet_engine import loader
+from stack.sim.physics.pybullet_engine.arm import BulletArm
 from stack.sim.physics.pybullet_engine.drive_joints import (
     STEERING_TORQUE,
     DriveJoints,
@@ -35,7 +36,7 @@ STEERING_GAIN = 0.5
 
 
 class BulletRobot(PhysicsRobot):
-    """A wheeled robot in a PyBullet world.
+    """A robot in a PyBullet world.
 
     Args:
         scene: to load it into.
@@ -66,7 +67,14 @@ class BulletRobot(PhysicsRobot):
         self._scene, self._bullet, self.client = scene, scene.bullet, scene.client
         self._state: BaseState | None = None
         self._slides = False
-        self.body = load_robot(self._bullet, self.client, self._description.model)
+        described = self._description
+        self.body = load_robot(
+            self._bullet, self.client, described.model, fixed=not described.drivetrain.moves
+        )
+        self._arm = None
+        if described.arm is not None:
+            self._arm = BulletArm(self._bullet, self.client, self.body, described.arm)
+        self.arm = self._arm
         self._prepare_robot(self._description, self._friction)
         self.place(self._start)
         scene.add_robot(self.body, self._description.name)
@@ -218,11 +226,25 @@ class BulletRobot(PhysicsRobot):
         return [
             Touch(
                 scene.obstacles[point[2]], point[6][:2], max(0.0, -point[8]),
-                scene.is_person(point[2]),
+                scene.is_person(point[2]), self._arm_link(point[3]),
             )
             for point in self._bullet.getContactPoints(self.body, physicsClientId=self.client)
             if point[2] != scene.floor and (point[8] <= 0.0 or point[9] > 0.0)
+            and not self._grasps(point)
         ]  # fmt: skip
+
+    def _grasps(self, point: Sequence[Any]) -> bool:
+        """Whether a contact is one of a finger with a block: what fingers are for."""
+        fingers = frozenset() if self._arm is None else self._arm.fingers
+        return point[3] in fingers and self._scene.is_block(point[2])
+
+    def _arm_link(self, link: int) -> str:
+        """Return the name of a link of the arm; empty for others."""
+        if self._arm is None or link not in self._arm.links:
+            return ""
+        info = self._bullet.getJointInfo(self.body, link, physicsClientId=self.client)
+        name: str = info[12].decode()
+        return name
 
     def distance(self, reach: float) -> float:
         """Return the distance from the robot to the nearest obstacle, metres, at most `reach`."""
@@ -250,6 +272,9 @@ class BulletRobot(PhysicsRobot):
         """
         bullet = self._bullet
         self._has_motors = True
+        if not self.joints:
+            self._anchor(True)
+            return
         hold: dict[str, Any] = {
             "controlMode": bullet.POSITION_CONTROL, "targetPositions": self._angles(self.joints)
         }  # fmt: skip
@@ -286,6 +311,7 @@ class BulletRobot(PhysicsRobot):
         self._wheels = wheels = find_drive_joints(description, bullet, client, robot)
         self.joints = wheels.driven
         self._parked, self._has_motors = False, True
+        of_arm = frozenset() if self._arm is None else self._arm.links
         self._inertial = bullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
         self._from_inertial = bullet.invertTransform(*self._inertial)
         for link in range(-1, bullet.getNumJoints(robot, physicsClientId=client)):
@@ -295,7 +321,7 @@ class BulletRobot(PhysicsRobot):
                 dynamics["lateralFriction"] = friction
             elif link in wheels.rolling:
                 dynamics |= _spring_contact(wheels.mass) | {"lateralFriction": friction}
-            elif self._is_caster(link):
+            elif link not in of_arm and self._is_caster(link):
                 dynamics |= _spring_contact(wheels.mass) | {"lateralFriction": 0.0}
             bullet.changeDynamics(robot, link, physicsClientId=client, **dynamics)
         self._torques = [wheels.torque] * len(self.joints)
@@ -340,10 +366,10 @@ class BulletRobot(PhysicsRobot):
         for joint in self._wheels.tyres:
             state = self._bullet.getLinkState(self.body, joint, physicsClientId=self.client)
             places.append(state[4][:2])
-        return np.array(places)
+        return np.array(places, dtype=np.float64).reshape(-1, 2)
 
 
-def load_robot(bullet: Any, client: int, model: str, flags: int = 0) -> int:
+def load_robot(bullet: Any, client: int, model: str, flags: int = 0, *, fixed: bool = False) -> int:
     """Load a robot with its base frame at the world's origin and return its body number.
 
     Args:
@@ -351,6 +377,7 @@ def load_robot(bullet: Any, client: int, model: str, flags: int = 0) -> int:
         client: number of the physics client.
         model: text of the URDF.
         flags: more of PyBullet's for `loadURDF`.
+        fixed: whether nothing can move its base.
 
     Raises:
         BodyError: PyBullet cannot read it.
@@ -361,7 +388,9 @@ def load_robot(bullet: Any, client: int, model: str, flags: int = 0) -> int:
         try:
             with loader.stdout_as_stderr():  # PyBullet prints warnings about the file to stdout
                 flags |= bullet.URDF_USE_INERTIA_FROM_FILE
-                robot: int = bullet.loadURDF(str(file), flags=flags, physicsClientId=client)
+                robot: int = bullet.loadURDF(
+                    str(file), useFixedBase=fixed, flags=flags, physicsClientId=client
+                )
         except bullet.error as error:
             raise BodyError(f"the robot's URDF cannot be loaded by PyBullet: {error}") from error
     return robot

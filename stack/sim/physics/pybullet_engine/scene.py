@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from stack.body import BlockPose
 from stack.sim.physics.meshes import (
     Key,
     board_obj_text,
@@ -34,7 +35,7 @@ from stack.sim.physics.textures import (
     poster_picture,
     texture_picture,
 )
-from stack.sim.worlds.world import PERSON_HEIGHT, Colour, Door, World
+from stack.sim.worlds.world import PERSON_HEIGHT, Block, Colour, Door, World
 from stack.types import FloatArray, Pose2D
 
 HIDDEN_HEIGHT = -20.0
@@ -44,6 +45,9 @@ UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 """Orientation of a body that is not turned: quaternion x, y, z, w."""
 
 PIT_COLOUR: Colour = (0.30, 0.28, 0.26)
+SPINNING_FRICTION = 0.001
+"""Of blocks: one that is held at two points does not spin about them for ever."""
+
 FLOOR_COLOUR: Colour = (0.42, 0.43, 0.44)
 PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
 DROPPED: Colour = (0.55, 0.42, 0.32)
@@ -76,6 +80,7 @@ class Scene:
         self.textures: dict[int, Picture] = {}
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
         self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
+        self._blocks: list[int] = []
         self._glass: list[int] = []
         self._mirror: MirrorFace | None = None
 
@@ -108,6 +113,8 @@ class Scene:
         for door in world.doors:
             body = scene._add_door(door, visible=False)
             scene.obstacles[body] = f"the door {door.name}"
+        for block in world.blocks:
+            scene.obstacles[scene._add_block(block, visible=False)] = block.name
         for person in world.people:
             body = scene._add_person(person.radius, visible=False)
             scene.obstacles[body] = person.name
@@ -147,6 +154,8 @@ class Scene:
             scene._add_visual_mesh(obj_text(painted(line)), line.colour)
         for door in world.doors:
             scene._add_door(door, visible=True)
+        for block in world.blocks:
+            scene._add_block(block, visible=True)
         for person in world.people:
             scene._add_person(person.radius, visible=True)
         scene._add_boards(world)
@@ -186,6 +195,27 @@ class Scene:
                 self._move(body, *position, PERSON_HEIGHT / 2.0, 0.0)
             elif before is None or before[0] == before[0]:
                 self._move(body, 0.0, 0.0, HIDDEN_HEIGHT, 0.0)
+
+    def is_block(self, body: int) -> bool:
+        """Whether a body is a block of the world."""
+        return body in self._blocks
+
+    def block_states(self) -> list[BlockPose]:
+        """Return where the blocks are, in the order of the world."""
+        states = (
+            self.bullet.getBasePositionAndOrientation(body, physicsClientId=self.client)
+            for body in self._blocks
+        )
+        return [BlockPose(position, orientation) for position, orientation in states]
+
+    def place_blocks(self, states: Sequence[BlockPose]) -> None:
+        """Move the blocks to poses, in the order of the world."""
+        for body, (position, orientation) in zip(self._blocks, states, strict=True):
+            shown = self._shows(position[:2])
+            at = position if shown else (0.0, 0.0, HIDDEN_HEIGHT)
+            self.bullet.resetBasePositionAndOrientation(
+                body, at, orientation, physicsClientId=self.client
+            )
 
     def _shows(self, position: Sequence[float]) -> bool:
         """Return whether a position is in the scene: in front of its mirror, if it has one."""
@@ -302,11 +332,37 @@ class Scene:
         self._people[body] = None
         return body
 
-    def _add_shape(self, visible: bool, colour: Colour, kind: int, **size: Any) -> int:
+    def _add_block(self, block: Block, *, visible: bool) -> int:
+        """Add a block: for the physics one that gravity and other bodies move."""
+        bullet, client = self.bullet, self.client
+        half = [side / 2.0 for side in block.size]
+        pose = block.pose
+        turn = (0.0, 0.0, sin(pose.heading / 2.0), cos(pose.heading / 2.0))
+        body: int = self._add_shape(
+            visible, block.colour, bullet.GEOM_BOX, mass=0.0 if visible else block.mass,
+            halfExtents=half,
+        )  # fmt: skip
+        bullet.resetBasePositionAndOrientation(
+            body, (pose.x, pose.y, block.elevation + half[2]), turn, physicsClientId=client
+        )
+        if not visible:
+            bullet.changeDynamics(
+                body, -1, lateralFriction=block.friction, spinningFriction=SPINNING_FRICTION,
+                physicsClientId=client,
+            )  # fmt: skip
+        self._blocks.append(body)
+        return body
+
+    def _add_shape(
+        self, visible: bool, colour: Colour, kind: int, mass: float = 0.0, **size: Any
+    ) -> int:
         if visible:
             shape = self.bullet.createVisualShape(
                 kind, rgbaColor=(*colour, 1.0), physicsClientId=self.client, **size
             )
             return self._add_static_body(visual=shape)
         shape = self.bullet.createCollisionShape(kind, physicsClientId=self.client, **size)
+        if mass:
+            body: int = self.bullet.createMultiBody(mass, shape, physicsClientId=self.client)
+            return body
         return self._add_static_body(collision=shape)

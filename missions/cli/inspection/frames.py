@@ -1,0 +1,28 @@
+"""`treepilot frames`: the frames of a robot or of a run."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def frames(
+    named: Annotated[
+        str, typer.Argument(metavar="[RUN|ROBOT]", help="a run or a robot [default: newest run]")
+    ] = "",
+) -> None:
+    """Draw the tree of frames: parents, what moves, sensors, and who publishes it.
+
+    Of a robot (its name or robot.yaml) it shows the links of the URDF and the mounts of the
+    sensors. Of a recorded run (its folder, its name in ./runs, or `newest`) also map and odom, and
+    for each moving frame the rate and the age of its newest value at the end, by the snapshots,
+    which are recorded at most 10 times per second.
+
+    \b
+        treepilot frames panda_table
+        treepilot frames newest
+    """
+    from missions.inspection.frames import frame_lines
+
+    for line in frame_lines(named, Path(), Path("runs")):
+        typer.echo(line)

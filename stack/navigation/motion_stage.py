@@ -1,0 +1,124 @@
+"""Interface of the stage that computes velocities: the navigator, or none for a fixed base."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+from stack.navigation.tasks import MotionTask
+from stack.navigation.teleoperation import Teleoperation
+from stack.types import ContactZone, Limitation, Path, Perceived, Pose2D, Twist
+
+
+class WantedTwist(NamedTuple):
+    """What navigation wants: a velocity, base frame, and where the robot may touch something."""
+
+    twist: Twist
+    contact: ContactZone | None = None
+
+
+class MotionStage(ABC):
+    """Computes the velocity of the base in each step, and tells what it does."""
+
+    @abstractmethod
+    def step(self, perceived: Perceived) -> WantedTwist:
+        """Compute the velocity for this step; STANDSTILL without a running task."""
+
+    @abstractmethod
+    def navigate_to(self, goal: Pose2D) -> MotionTask:
+        """Begin a drive to a pose in the map frame, for an operator.
+
+        Raises:
+            InputError: the robot cannot drive.
+        """
+
+    @property
+    @abstractmethod
+    def replans(self) -> int:
+        """Number of plans so far besides the first one of each drive."""
+
+    @property
+    @abstractmethod
+    def evades(self) -> bool:
+        """Whether only evasion keeps the robot clear of who walks."""
+
+    @property
+    @abstractmethod
+    def is_busy(self) -> bool:
+        """Whether a motion is under way."""
+
+    @property
+    @abstractmethod
+    def limitation(self) -> Limitation | None:
+        """Why the motion stands in this step although it wants to drive; None if it does not."""
+
+    @property
+    @abstractmethod
+    def doubt(self) -> Limitation | None:
+        """How doubt about the pose limits the motion; None if it does not."""
+
+    @property
+    @abstractmethod
+    def lost_seconds(self) -> float:
+        """Time of standing because the robot was lost, in the whole run."""
+
+    @property
+    @abstractmethod
+    def obscured_metres(self) -> float:
+        """Metres driven with the map hidden, in the whole run."""
+
+    @property
+    @abstractmethod
+    def teleoperation(self) -> Teleoperation | None:
+        """The running teleoperation; None without one."""
+
+    @property
+    @abstractmethod
+    def goal(self) -> Pose2D | None:
+        """Goal of the current drive, map frame; None without one."""
+
+    @property
+    @abstractmethod
+    def path(self) -> Path | None:
+        """Current path, map frame."""
+
+    @property
+    @abstractmethod
+    def local_plan(self) -> Path | None:
+        """Planned motion of the controller, map frame."""
+
+    @abstractmethod
+    def await_plans(self, now: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds for the plans that the step at a time needs.
+
+        Returns:
+            Whether they are there: `step` does not wait.
+        """
+
+    @abstractmethod
+    def pause(self, now: float) -> None:
+        """Hold the mission's motion at a time in seconds; does nothing while it is held."""
+
+    @abstractmethod
+    def resume(self, now: float) -> None:
+        """Continue the mission's motion, and cancel a detour; does nothing unless held."""
+
+    @abstractmethod
+    def hold_detour(self, now: float, *, held: bool) -> None:
+        """Hold the operator's detour with its goal, or continue it; without one, no effect."""
+
+    @abstractmethod
+    def stop_ended(self, now: float) -> None:
+        """Stop the motions whose task has ended, as the next step would.
+
+        Args:
+            now: seconds.
+        """
+
+    @abstractmethod
+    def close(self, now: float | None = None) -> None:
+        """Cancel all tasks, stop their motions and the planner's thread.
+
+        Args:
+            now: seconds; None: the time of the last step.
+        """
