@@ -54,7 +54,7 @@ class VitalsPane(TextLines, can_focus=True):
         speed = snapshot.measured
         _line(text, "speed", f"{speed.linear:5.2f} m/s  {speed.angular:+.2f} rad/s")
         if snapshot.arm is not None:
-            _arm(text, snapshot.arm)
+            arm_lines(text, snapshot.arm)
         _cameras(text, snapshot)
         self._counters(text, snapshot)
         self._stages(text, snapshot)
@@ -114,7 +114,7 @@ class VitalsPane(TextLines, can_focus=True):
             text.append(f" ▲{stage.overruns}\n" if stage.overruns else "\n", style=css(WARN))
 
 
-def _arm(text: Text, arm: ArmView) -> None:
+def arm_lines(text: Text, arm: ArmView) -> None:
     """Show where each joint is between its limits, the tool in the base frame, and the gripper."""
     shares = (arm.positions - arm.lower) / (arm.upper - arm.lower)
     steps = [round(max(0.0, min(1.0, float(share))) * (len(LEVELS) - 1)) for share in shares]

@@ -11,12 +11,13 @@ def frames(
         str, typer.Argument(metavar="[RUN|ROBOT]", help="a run or a robot [default: newest run]")
     ] = "",
 ) -> None:
-    """Draw the tree of frames: parents, what moves, sensors, and who publishes it.
+    """Draw the frames of a robot or of a run.
 
-    Of a robot (its name or robot.yaml) it shows the links of the URDF and the mounts of the
-    sensors. Of a recorded run (its folder, its name in ./runs, or `newest`) also map and odom, and
-    for each moving frame the rate and the age of its newest value at the end, by the snapshots,
-    which are recorded at most 10 times per second.
+    Each frame has a line with its parent, how it moves, and who publishes it. Of a robot (its name
+    or robot.yaml) these are the links of the URDF and the sensors. Of a recorded run (its folder,
+    its name in ./runs, or `newest`) also map and odom, and for each moving frame the rate of its
+    values and the age of the newest one at the end, by the snapshots, which are recorded at most
+    10 times per second.
 
     \b
         treepilot frames panda_table

@@ -251,9 +251,9 @@ class PhysicsEngine(ABC):
     def place_door(self, name: str, closed: bool) -> None:
         """Move a door into its gap, or out of reach."""
 
-    @abstractmethod
     def blocks(self) -> list[BlockPose]:
-        """Return where the blocks of the world are, in its order."""
+        """Return where the blocks of the world are, in its order; none in this engine."""
+        return []
 
     def drop_box(self, pose: Pose2D, size: tuple[float, float, float]) -> None:
         """Put an immovable box of a size (length, width, height), metres, onto the floor.
