@@ -20,8 +20,8 @@ SURFEL_REACH, PAIR_REACH = 0.1, 0.15
 EDGE_OVERLAP = 0.4
 """Share of a scan's points that an edge explains."""
 
-LEVELS = 6
-"""Of the pyramid of scores: cells of up to 32 times the resolution."""
+LEVELS, WIDE_LEVELS = 6, 8
+"""Of the pyramid of scores: cells of up to 32 times the resolution, and for wide searches 128."""
 
 BLUR = 2.0
 """Standard deviation of the score around a surfel, in cells."""
@@ -69,9 +69,16 @@ class LocalMap:
     Args:
         scans: with the pose of each, all in one frame.
         resolution: side of a cell, metres.
+        levels: of the pyramid of scores.
     """
 
-    def __init__(self, scans: Sequence[tuple[Pose2D, PreparedScan]], resolution: float) -> None:
+    def __init__(
+        self,
+        scans: Sequence[tuple[Pose2D, PreparedScan]],
+        resolution: float,
+        levels: int = LEVELS,
+    ) -> None:
+        self._level_count = levels
         rows = [as_row(pose) for pose, _ in scans]
         parts = list(zip(rows, (scan for _, scan in scans), strict=True))
         points = np.concatenate([kernels.transform(r, s.points, False) for r, s in parts])
@@ -99,7 +106,7 @@ class LocalMap:
         """(levels, rows, columns) uint8; see `kernels.search`."""
         scores = np.rint(255.0 * np.exp(-0.5 * (self._distances / BLUR) ** 2)).astype(np.uint8)
         levels = [scores]
-        for level in range(LEVELS - 1):
+        for level in range(self._level_count - 1):
             step = 1 << level
             pooled = levels[-1].copy()
             pooled[:-step] = np.maximum(pooled[:-step], pooled[step:])
@@ -115,6 +122,7 @@ class LocalMap:
         *,
         deviations: tuple[float, float] | None = None,
         least: float = 0.1,
+        points: int = SEARCH_BEAMS,
     ) -> Pose2D | None:
         """Return the pose with the best score around `centre`; None below `least`.
 
@@ -124,20 +132,21 @@ class LocalMap:
             window: half width, metres and radians.
             deviations: of the centre, metres and radians: at one deviation a score loses 0.02.
             least: score.
+            points: of the scan that are used, at most.
         """
-        points = scan.points
-        if points.shape[0] == 0:
+        chosen = scan.points
+        if chosen.shape[0] == 0:
             return None
-        if points.shape[0] > SEARCH_BEAMS:
-            chosen = np.linspace(0, points.shape[0] - 1, SEARCH_BEAMS).astype(int)
-            points = np.ascontiguousarray(points[chosen])
-        farthest = float(np.percentile(np.hypot(points[:, 0], points[:, 1]), 90))
+        if chosen.shape[0] > points:
+            evenly = np.linspace(0, chosen.shape[0] - 1, points).astype(int)
+            chosen = np.ascontiguousarray(chosen[evenly])
+        farthest = float(np.percentile(np.hypot(chosen[:, 0], chosen[:, 1]), 90))
         angle_step = float(self.placement[2]) / max(1.0, farthest)
         lost = np.zeros(2)
         if deviations is not None:
             lost = 0.02 / np.square(np.maximum(deviations, 1e-3))
         row, score = kernels.search(
-            self.pyramid, points, self.placement, as_row(centre), np.array(window), angle_step,
+            self.pyramid, chosen, self.placement, as_row(centre), np.array(window), angle_step,
             lost, least, MOST_NODES,
         )  # fmt: skip
         return as_pose(row) if score >= 0.0 else None
