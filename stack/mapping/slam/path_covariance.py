@@ -43,7 +43,7 @@ class PathCovariance:
 
     def from_keyframe(self, keyframe: int) -> Paths:
         """Return the best paths from a keyframe."""
-        from stack.mapping.slam.path_kernels import carry_covariances
+        from stack.mapping.slam.kernels import carry_covariances
 
         self._follow()
         numbers = np.array(sorted(self._graph.keyframes), np.int64)

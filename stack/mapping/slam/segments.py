@@ -19,7 +19,7 @@ import numpy as np
 
 from stack.localisation.planar import are_near
 from stack.mapping.slam.graph import PoseGraph
-from stack.mapping.slam.matching.local_map import WIDE_LEVELS, LocalMap, ScanMatch
+from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
 from stack.mapping.slam.matching.scans import PreparedScan
 from stack.mapping.slam.neighbourhood import Neighbourhood
 from stack.mapping.slam.path_covariance import PathCovariance
@@ -33,9 +33,6 @@ NEAR_PATH = 14.0
 
 CELL = 0.1
 """Metres: of the search, and of the points of a segment."""
-
-POINTS = 200
-"""Of a segment, that are searched."""
 
 RANGE = 15.0
 """Metres: longer ranges are not part of a segment; its neighbours see those walls better."""
@@ -178,9 +175,7 @@ class SegmentLoops:
         start = keyframes[new.middle].pose.relative_to(keyframes[place.middle].pose)
         local, scan = self._map_of(place), self._scan_of(new)
         window = (min(DEVIATIONS * position + 0.2, WIDEST), min(DEVIATIONS * heading + 0.05, pi))
-        placed = local.search(
-            scan, start, window, deviations=(position, heading), least=SCORE, points=POINTS
-        )
+        placed = local.search(scan, start, window, deviations=(position, heading), least=SCORE)
         if placed is None:
             return None
         match = local.align(scan, placed)
@@ -233,7 +228,7 @@ class SegmentLoops:
         if place.middle not in self._maps:
             if len(self._maps) > 2 * CANDIDATES:
                 self._maps.pop(next(iter(self._maps)))
-            self._maps[place.middle] = LocalMap(self._parts(place), CELL, WIDE_LEVELS)
+            self._maps[place.middle] = LocalMap(self._parts(place), CELL, wide=True)
         return self._maps[place.middle]
 
     def _scan_of(self, segment: Segment) -> PreparedScan:

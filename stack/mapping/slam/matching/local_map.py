@@ -26,8 +26,8 @@ LEVELS, WIDE_LEVELS = 6, 8
 BLUR = 2.0
 """Standard deviation of the score around a surfel, in cells."""
 
-SEARCH_BEAMS = 100
-"""Points that a search uses, at most."""
+SEARCH_BEAMS, WIDE_BEAMS = 100, 200
+"""Points that a search uses, at most, and a wide one."""
 
 MOST_NODES = 20_000
 """Evaluations of a search, at most; one of all points costs about 0.1 µs a point."""
@@ -69,16 +69,16 @@ class LocalMap:
     Args:
         scans: with the pose of each, all in one frame.
         resolution: side of a cell, metres.
-        levels: of the pyramid of scores.
+        wide: whether it is for searches of tens of metres, by many points.
     """
 
     def __init__(
         self,
         scans: Sequence[tuple[Pose2D, PreparedScan]],
         resolution: float,
-        levels: int = LEVELS,
+        wide: bool = False,
     ) -> None:
-        self._level_count = levels
+        self._levels, self._beams = (WIDE_LEVELS, WIDE_BEAMS) if wide else (LEVELS, SEARCH_BEAMS)
         rows = [as_row(pose) for pose, _ in scans]
         parts = list(zip(rows, (scan for _, scan in scans), strict=True))
         points = np.concatenate([kernels.transform(r, s.points, False) for r, s in parts])
@@ -106,7 +106,7 @@ class LocalMap:
         """(levels, rows, columns) uint8; see `kernels.search`."""
         scores = np.rint(255.0 * np.exp(-0.5 * (self._distances / BLUR) ** 2)).astype(np.uint8)
         levels = [scores]
-        for level in range(self._level_count - 1):
+        for level in range(self._levels - 1):
             step = 1 << level
             pooled = levels[-1].copy()
             pooled[:-step] = np.maximum(pooled[:-step], pooled[step:])
@@ -122,7 +122,6 @@ class LocalMap:
         *,
         deviations: tuple[float, float] | None = None,
         least: float = 0.1,
-        points: int = SEARCH_BEAMS,
     ) -> Pose2D | None:
         """Return the pose with the best score around `centre`; None below `least`.
 
@@ -132,21 +131,20 @@ class LocalMap:
             window: half width, metres and radians.
             deviations: of the centre, metres and radians: at one deviation a score loses 0.02.
             least: score.
-            points: of the scan that are used, at most.
         """
-        chosen = scan.points
-        if chosen.shape[0] == 0:
+        points = scan.points
+        if points.shape[0] == 0:
             return None
-        if chosen.shape[0] > points:
-            evenly = np.linspace(0, chosen.shape[0] - 1, points).astype(int)
-            chosen = np.ascontiguousarray(chosen[evenly])
-        farthest = float(np.percentile(np.hypot(chosen[:, 0], chosen[:, 1]), 90))
+        if points.shape[0] > self._beams:
+            chosen = np.linspace(0, points.shape[0] - 1, self._beams).astype(int)
+            points = np.ascontiguousarray(points[chosen])
+        farthest = float(np.percentile(np.hypot(points[:, 0], points[:, 1]), 90))
         angle_step = float(self.placement[2]) / max(1.0, farthest)
         lost = np.zeros(2)
         if deviations is not None:
             lost = 0.02 / np.square(np.maximum(deviations, 1e-3))
         row, score = kernels.search(
-            self.pyramid, chosen, self.placement, as_row(centre), np.array(window), angle_step,
+            self.pyramid, points, self.placement, as_row(centre), np.array(window), angle_step,
             lost, least, MOST_NODES,
         )  # fmt: skip
         return as_pose(row) if score >= 0.0 else None
