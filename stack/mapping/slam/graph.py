@@ -118,6 +118,7 @@ class PoseGraph:
     edges: list[Edge] = field(default_factory=list)
     landmarks: dict[LandmarkKey, Landmark] = field(default_factory=dict)
     _edges_of: dict[int, list[Edge]] = field(default_factory=dict, repr=False)
+    _places: FloatArray | None = field(default=None, repr=False)
 
     @property
     def next_id(self) -> int:
@@ -134,6 +135,17 @@ class PoseGraph:
             raise ParameterError("id", f"keyframe {keyframe.id} is in the graph twice")
         self.keyframes[keyframe.id] = keyframe
         self._edges_of[keyframe.id] = []
+        if self._places is not None:
+            row = [[keyframe.id, keyframe.pose.x, keyframe.pose.y]]
+            self._places = np.concatenate([self._places, row])
+
+    @property
+    def places(self) -> FloatArray:
+        """(n, 3) id, x and y of the keyframes, in the order of `keyframes`, map frame."""
+        if self._places is None:
+            rows = [(number, k.pose.x, k.pose.y) for number, k in self.keyframes.items()]
+            self._places = np.array(rows, np.float64).reshape(-1, 3)
+        return self._places
 
     def add_edge(self, edge: Edge) -> None:
         """Add an edge between two keyframes of the graph.
@@ -184,6 +196,7 @@ class PoseGraph:
         known = [number for number in self.keyframes if number in poses]
         if not known:
             return
+        self._places = None
         newest = known[-1]
         correction = poses[newest].compose(self.keyframes[newest].pose.inverse())
         for number, keyframe in self.keyframes.items():
@@ -206,6 +219,7 @@ class PoseGraph:
         """
         outgoing = [_outgoing(edge, keyframe) for edge in self._edges_of[keyframe]]
         del self.keyframes[keyframe], self._edges_of[keyframe]
+        self._places = None
         self.edges = [e for e in self.edges if keyframe not in (e.source, e.target)]
         for number in {edge.target for edge in outgoing}:
             kept = self._edges_of[number]

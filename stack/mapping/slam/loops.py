@@ -20,7 +20,8 @@ from stack.mapping.slam.matching.scans import PreparedScan
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import Drawing
-from stack.types import Pose2D
+from stack.mapping.slam.segments import SegmentLoops
+from stack.types import FloatArray, Pose2D
 
 LOOP_DISTANCE = 6.0
 """Keyframes within this distance are candidates of a loop closure, m."""
@@ -59,6 +60,9 @@ LEAST_POINTS = 5.0
 LOOP_FLOOR = np.diag([0.02, 0.02, 0.005]) ** 2
 """Covariance added to that of a match over a loop."""
 
+SEGMENT_FLOOR = np.diag([0.1, 0.1, 0.02]) ** 2
+"""As above, of segments: they have drifted themselves."""
+
 
 @dataclass(frozen=True, slots=True)
 class LoopMatch:
@@ -94,6 +98,7 @@ class LoopClosure:
     ) -> None:
         self._parameters, self._graph = parameters, graph
         self._neighbourhood, self._prepared = neighbourhood, prepared
+        self._segments = SegmentLoops(graph, neighbourhood, prepared)
         self._travelled: dict[int, float] = {}
         self._recent: deque[LoopMatch] = deque(maxlen=3 * LOOP_SCANS)
 
@@ -107,6 +112,12 @@ class LoopClosure:
         while self._recent and self._recent[0].keyframe < keyframe - 2 * LOOP_SCANS:
             self._recent.popleft()
         closed = False
+        for match in self._segments.find(keyframe):
+            information = _with_floor(match.match.information, SEGMENT_FLOOR)
+            self._graph.add_edge(Edge(
+                match.place.middle, match.newer.middle, match.relative, information, "loop"
+            ))  # fmt: skip
+            closed = True
         for place in self._places(keyframe):
             loop = self._compare(keyframe, place)
             if loop is None:
@@ -179,10 +190,12 @@ class LoopClosure:
         """Return the nearest and the oldest keyframe of earlier visits; they may be the same."""
         keyframes = self._graph.keyframes
         pose = keyframes[keyframe].pose
+        numbers, x, y = self._graph.places.T
+        away = np.hypot(x - pose.x, y - pose.y)
         near = [
-            (pose.distance_to(other.pose), number)
-            for number, other in keyframes.items()
-            if pose.distance_to(other.pose) <= self._radius(keyframe, number) + 1.0
+            (float(away[row]), int(numbers[row]))
+            for row in np.flatnonzero(away <= LOOP_DISTANCE + 1.0)
+            if away[row] <= self._radius(keyframe, int(numbers[row])) + 1.0
         ]
         if len(near) < 2:
             return []
@@ -238,6 +251,11 @@ class LoopClosure:
         match = loop.match
         if pair.overlap >= EDGE_OVERLAP and pair.pose.distance_to(loop.relative) < 0.1:
             match = pair
-        information = match.information @ np.linalg.inv(np.eye(3) + LOOP_FLOOR @ match.information)
-        information = 0.5 * (information + information.T)
+        information = _with_floor(match.information, LOOP_FLOOR)
         self._graph.add_edge(Edge(loop.place, loop.keyframe, match.pose, information, "loop"))
+
+
+def _with_floor(information: FloatArray, floor: FloatArray) -> FloatArray:
+    """Return the information after a covariance is added."""
+    softer: FloatArray = information @ np.linalg.inv(np.eye(3) + floor @ information)
+    return 0.5 * (softer + softer.T)

@@ -58,6 +58,10 @@ KEYFRAME_DISTANCE, KEYFRAME_ANGLE = 0.25, 0.25
 NEIGHBOUR_EDGES = 6
 """Edges from a new keyframe to its neighbours, at most."""
 
+PENDING, PENDING_SHARE = 60, 0.02
+"""Edges to earlier visits, without a new loop, after which the graph is optimised: at least so
+many, and so many for each keyframe."""
+
 CHAIN_LENGTH = 3.0
 """Metres driven since the newest keyframe up to which odometry connects the next one with it."""
 
@@ -341,7 +345,7 @@ class Mapper:
         if closed:
             self.loop_closures += 1
             self.needs_optimising = True
-        elif self._pending >= 60:
+        elif self._pending >= max(PENDING, PENDING_SHARE * new.id):
             self.needs_optimising = True
 
     def _connect(self, last: Keyframe, new: Keyframe) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import ceil, log
 from typing import Any
 
 import numpy as np
@@ -21,11 +22,18 @@ FIXED_DEVIATION = 1e-6
 
 ITERATIONS = 30
 
-SCALES = (1000.0, 30.0, 1.0)
-"""Factors of the robust scale, one after the other. A true loop disagrees strongly with the drift
-before the first optimisation: with the final scale at once it would be rejected as false
-(graduated non-convexity: H. Yang et al., RA-L 2020)."""
+LEAST_INFORMATION = 1e-4 * np.eye(3)
+"""That of 100 m and 100 rad."""
 
+STEP = 30.0
+"""Factor between the scales of one optimisation and the next. A true loop disagrees strongly with
+the drift before: with the final scale at once it would be rejected as false. So the first scale is
+that of the largest disagreement (graduated non-convexity: H. Yang et al., RA-L 2020)."""
+
+
+SHARED_ERRORS = 4.0
+"""Factor of the covariances of odometry and of matches with neighbours: their errors are not
+independent. Without it a true loop after metres of drift looks as improbable as a false one."""
 
 ROBUST: tuple[EdgeKind, ...] = ("loop", "marker")
 """Kinds of edges that may be false."""
@@ -83,7 +91,7 @@ def optimise(
     settings.setMaxIterations(ITERATIONS)
     settings.setRelativeErrorTol(1e-5)
     graph = gtsam.NonlinearFactorGraph()
-    for scale in SCALES:
+    for scale in _scales(poses, edges):
         robust = gtsam.noiseModel.mEstimator.DCS.Create(ROBUST_SCALE * scale)
         graph = gtsam.NonlinearFactorGraph()
         for prior in priors:
@@ -105,6 +113,22 @@ def optimise(
     })  # fmt: skip
 
 
+def _scales(poses: Mapping[int, Pose2D], edges: Iterable[Edge]) -> list[float]:
+    """Return the factors of the robust scale, falling to 1, from the largest error on."""
+    largest = max(
+        (_squared_error(poses, edge) for edge in edges if edge.kind in ROBUST), default=0.0
+    )
+    count = ceil(log(max(1.0, largest / ROBUST_SCALE), STEP))
+    return [STEP**k for k in range(count, -1, -1)]
+
+
+def _squared_error(poses: Mapping[int, Pose2D], edge: Edge) -> float:
+    """Return the squared error of an edge in standard deviations."""
+    found = poses[edge.target].relative_to(poses[edge.source]).relative_to(edge.relative)
+    error = np.array([found.x, found.y, found.heading])
+    return float(error @ edge.information @ error)
+
+
 def _anchors(poses: Mapping[int, Pose2D], edges: Iterable[Edge]) -> list[int]:
     """Return the first keyframe of each connected part."""
     parent = {number: number for number in poses}
@@ -123,11 +147,12 @@ def _anchors(poses: Mapping[int, Pose2D], edges: Iterable[Edge]) -> list[int]:
 
 def _factor(gtsam: Any, edge: Edge) -> tuple[tuple[int, int], Any, Any, bool]:
     """Return the keys, measurement, noise model and whether it is robust, of an edge."""
-    noise = gtsam.noiseModel.Gaussian.Information(_regular(edge.information))
+    shared = 1.0 if edge.kind in ROBUST else SHARED_ERRORS
+    noise = gtsam.noiseModel.Gaussian.Information(_regular(edge.information / shared))
     relative = gtsam.Pose2(edge.relative.x, edge.relative.y, edge.relative.heading)
     return (edge.source, edge.target), relative, noise, edge.kind in ROBUST
 
 
 def _regular(information: FloatArray) -> FloatArray:
-    """Return the information, symmetric and at least that of 100 m and 100 rad."""
-    return 0.5 * (information + information.T) + 1e-4 * np.eye(3)
+    """Return the information, symmetric and at least LEAST_INFORMATION."""
+    return 0.5 * (information + information.T) + LEAST_INFORMATION

@@ -20,14 +20,14 @@ SURFEL_REACH, PAIR_REACH = 0.1, 0.15
 EDGE_OVERLAP = 0.4
 """Share of a scan's points that an edge explains."""
 
-LEVELS = 6
-"""Of the pyramid of scores: cells of up to 32 times the resolution."""
+LEVELS, WIDE_LEVELS = 6, 8
+"""Of the pyramid of scores: cells of up to 32 times the resolution, and for wide searches 128."""
 
 BLUR = 2.0
 """Standard deviation of the score around a surfel, in cells."""
 
-SEARCH_BEAMS = 100
-"""Points that a search uses, at most."""
+SEARCH_BEAMS, WIDE_BEAMS = 100, 200
+"""Points that a search uses, at most, and a wide one."""
 
 MOST_NODES = 20_000
 """Evaluations of a search, at most; one of all points costs about 0.1 µs a point."""
@@ -69,9 +69,16 @@ class LocalMap:
     Args:
         scans: with the pose of each, all in one frame.
         resolution: side of a cell, metres.
+        wide: whether it is for searches of tens of metres, by many points.
     """
 
-    def __init__(self, scans: Sequence[tuple[Pose2D, PreparedScan]], resolution: float) -> None:
+    def __init__(
+        self,
+        scans: Sequence[tuple[Pose2D, PreparedScan]],
+        resolution: float,
+        wide: bool = False,
+    ) -> None:
+        self._levels, self._beams = (WIDE_LEVELS, WIDE_BEAMS) if wide else (LEVELS, SEARCH_BEAMS)
         rows = [as_row(pose) for pose, _ in scans]
         parts = list(zip(rows, (scan for _, scan in scans), strict=True))
         points = np.concatenate([kernels.transform(r, s.points, False) for r, s in parts])
@@ -99,7 +106,7 @@ class LocalMap:
         """(levels, rows, columns) uint8; see `kernels.search`."""
         scores = np.rint(255.0 * np.exp(-0.5 * (self._distances / BLUR) ** 2)).astype(np.uint8)
         levels = [scores]
-        for level in range(LEVELS - 1):
+        for level in range(self._levels - 1):
             step = 1 << level
             pooled = levels[-1].copy()
             pooled[:-step] = np.maximum(pooled[:-step], pooled[step:])
@@ -128,8 +135,8 @@ class LocalMap:
         points = scan.points
         if points.shape[0] == 0:
             return None
-        if points.shape[0] > SEARCH_BEAMS:
-            chosen = np.linspace(0, points.shape[0] - 1, SEARCH_BEAMS).astype(int)
+        if points.shape[0] > self._beams:
+            chosen = np.linspace(0, points.shape[0] - 1, self._beams).astype(int)
             points = np.ascontiguousarray(points[chosen])
         farthest = float(np.percentile(np.hypot(points[:, 0], points[:, 1]), 90))
         angle_step = float(self.placement[2]) / max(1.0, farthest)
