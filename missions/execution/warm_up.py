@@ -78,7 +78,7 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     costs, safety = choices["costmap"], choices["safety"]
     memory = ObstacleMemory.kernels(plan.robot)
     sensors = () if replayed else _sensor_kernels(plan)
-    arm = LinkChain.kernels() if plan.robot.arm is not None else ()
+    arm = _arm_kernels() if plan.robot.arm is not None else ()
     if not plan.robot.drivetrain.moves:
         return {"sensors": sensors, "perception": memory, "arm": arm}
     found: dict[str, KernelTypes] = {
@@ -95,6 +95,13 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
         found["exploration"] = EXPLORATION
     return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}
+
+
+def _arm_kernels() -> KernelTypes:
+    """Return the kernels of frames and motions of an arm."""
+    from stack.manipulation.kernels import ENTRY_POINTS
+
+    return (*LinkChain.kernels(), *ENTRY_POINTS)
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:

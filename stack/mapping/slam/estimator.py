@@ -71,12 +71,13 @@ class SlamEstimator(Estimator):
         from stack.geometry.travel.kernels import TRAVEL
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search
+        from stack.mapping.slam import kernels as paths
         from stack.mapping.slam.matching import kernels as matching
         from stack.mapping.slam.rendering import kernels as rendering
 
         return (
-            *matching.ENTRY_POINTS, *rendering.ENTRY_POINTS, *kernels.LOCALISATION,
-            *search.SEARCH, *TRAVEL,
+            *matching.ENTRY_POINTS, *paths.ENTRY_POINTS, *rendering.ENTRY_POINTS,
+            *kernels.LOCALISATION, *search.SEARCH, *TRAVEL,
         )  # fmt: skip
 
     @staticmethod

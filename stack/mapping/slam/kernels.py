@@ -6,6 +6,7 @@ from heapq import heappop, heappush
 from typing import Any
 
 import numpy as np
+from numba import f8, i8
 
 from stack.kernel_cache import njit
 from stack.types import FloatArray
@@ -54,3 +55,8 @@ def carry_covariances(
             found[other] = back @ found[node] @ back.T + added[edge]
             heappush(queue, (least[other], other))
     return found, least
+
+
+_cells = f8[:, :, ::1]
+ENTRY_POINTS = ((carry_covariances, (i8, i8[::1], i8[::1], f8[:, ::1], _cells, f8[::1])),)
+"""Kernels of the graph, with the types of their arguments."""

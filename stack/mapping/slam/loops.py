@@ -115,7 +115,7 @@ class LoopClosure:
         for match in self._segments.find(keyframe):
             information = _with_floor(match.match.information, SEGMENT_FLOOR)
             self._graph.add_edge(Edge(
-                match.place.middle, match.newer.middle, match.relative, information, "loop"
+                match.place, match.keyframe, match.match.pose, information, "loop"
             ))  # fmt: skip
             closed = True
         for place in self._places(keyframe):
@@ -134,6 +134,7 @@ class LoopClosure:
     def forget(self, keyframe: int) -> None:
         """Drop the matches with a keyframe that is removed from the graph."""
         self._travelled.pop(keyframe, None)
+        self._segments.forget(keyframe)
         kept = [h for h in self._recent if keyframe not in (h.keyframe, h.place)]
         self._recent = deque(kept, maxlen=self._recent.maxlen)
 

@@ -31,6 +31,9 @@ LENGTH, SPACING = 12.0, 5.0
 NEAR_PATH = 14.0
 """Metres along the edges: segments nearer than this are neighbours, not loops."""
 
+LEAST_KEYFRAMES = 4
+"""Of a segment that are still in the graph."""
+
 CELL = 0.1
 """Metres: of the search, and of the points of a segment."""
 
@@ -65,13 +68,11 @@ class Segment:
     """Keyframes of some metres driven.
 
     Attributes:
-        keyframes: ids, in order.
-        middle: id of the one in whose frame the segment is.
-        driven: metres from the beginning of the session to the middle.
+        keyframes: ids, in order; some may have been removed from the graph since.
+        driven: metres from the beginning of the session to its end.
     """
 
     keyframes: tuple[int, ...]
-    middle: int
     driven: float
 
 
@@ -80,18 +81,21 @@ class SegmentMatch:
     """A match of a segment with an earlier one.
 
     Attributes:
-        newer: the segment.
-        place: the earlier one.
-        relative: pose of the newer one's middle in the frame of the earlier one's.
-        match: of its points.
-        score: of the search, in [0, 1].
+        keyframe: id in the middle of the segment.
+        place: id in the middle of the earlier one.
+        driven: metres to the end of the segment.
+        match: of its points; the pose is that of `keyframe` in the frame of `place`.
     """
 
-    newer: Segment
-    place: Segment
-    relative: Pose2D
+    keyframe: int
+    place: int
+    driven: float
     match: ScanMatch
-    score: float
+
+    @property
+    def score(self) -> float:
+        """Share of the points that lie at walls."""
+        return self.match.overlap
 
 
 class SegmentLoops:
@@ -121,13 +125,19 @@ class SegmentLoops:
         found = self._compare(*self._queue.popleft())
         if found is None:
             return []
-        while self._pool and self._pool[0].newer.driven < found.newer.driven - POOL:
+        while self._pool and self._pool[0].driven < found.driven - POOL:
             self._pool.popleft()
         self._pool.append(found)
         verified = self._verified(found)
         if verified:
             self._queue.clear()  # the next segments lie in narrower windows
         return verified
+
+    def forget(self, keyframe: int) -> None:
+        """Drop what depends on a keyframe that is removed from the graph."""
+        self._maps.pop(keyframe, None)
+        self._pool = deque(one for one in self._pool if keyframe not in (one.keyframe, one.place))
+        self._recent = deque(one for one in self._recent if one[0] != keyframe)
 
     def _extend(self, keyframe: int) -> None:
         """Measure the way; end a segment after some metres."""
@@ -141,39 +151,45 @@ class SegmentLoops:
         if self._driven < max(self._next, LENGTH):
             return
         self._next = self._driven + SPACING
-        middle, driven = min(
-            self._recent, key=lambda one: abs(one[1] - (self._driven - 0.5 * LENGTH))
-        )
-        new = Segment(tuple(number for number, _ in self._recent), middle, driven)
+        new = Segment(tuple(number for number, _ in self._recent), self._driven)
         self._seek(new)
         self._segments.append(new)
 
+    def _middle(self, segment: Segment) -> int | None:
+        """Return the keyframe in the middle of a segment; None if too few are left of it."""
+        left = [number for number in segment.keyframes if number in self._graph.keyframes]
+        return left[len(left) // 2] if len(left) >= LEAST_KEYFRAMES else None
+
     def _seek(self, new: Segment) -> None:
         """Queue the comparisons with earlier segments that may be near."""
-        keyframes = self._graph.keyframes
-        paths = self._paths.from_keyframe(new.middle)
-        joined = self._neighbourhood.within_path(new.middle, NEAR_PATH)
-        here, found = keyframes[new.middle].pose, []
-        for place in self._segments:
-            if place.middle in joined or place.middle not in keyframes:
+        keyframes, middle = self._graph.keyframes, self._middle(new)
+        if middle is None:
+            return
+        paths = self._paths.from_keyframe(middle)
+        joined = self._neighbourhood.within_path(middle, NEAR_PATH)
+        here, found = keyframes[middle].pose, []
+        for segment in self._segments:
+            place = self._middle(segment)
+            if place is None or place in joined:
                 continue
-            row = int(np.searchsorted(paths.numbers, place.middle))
-            away = here.distance_to(keyframes[place.middle].pose)
+            row = int(np.searchsorted(paths.numbers, place))
+            away = here.distance_to(keyframes[place].pose)
             position, heading = _deviations(paths.covariances[row], away)
             if np.isfinite(paths.costs[row]) and away <= DEVIATIONS * position + SPACING:
-                found.append((away / position, place, position, heading))
+                found.append((away / position, segment, position, heading))
         found.sort(key=lambda one: one[0])
         self._queue.extend((new, *one[1:]) for one in found[:CANDIDATES])
 
     def _compare(
-        self, new: Segment, place: Segment, position: float, heading: float
+        self, new: Segment, earlier: Segment, position: float, heading: float
     ) -> SegmentMatch | None:
         """Search a segment around an earlier one."""
-        keyframes = self._graph.keyframes
-        if new.middle not in keyframes or place.middle not in keyframes:
+        keyframe, place = self._middle(new), self._middle(earlier)
+        if keyframe is None or place is None:
             return None
-        start = keyframes[new.middle].pose.relative_to(keyframes[place.middle].pose)
-        local, scan = self._map_of(place), self._scan_of(new)
+        poses = self._graph.keyframes
+        start = poses[keyframe].pose.relative_to(poses[place].pose)
+        local, scan = self._map_of(place, earlier), self._scan_of(keyframe, new)
         window = (min(DEVIATIONS * position + 0.2, WIDEST), min(DEVIATIONS * heading + 0.05, pi))
         placed = local.search(scan, start, window, deviations=(position, heading), least=SCORE)
         if placed is None:
@@ -181,65 +197,64 @@ class SegmentLoops:
         match = local.align(scan, placed)
         if match.overlap < OVERLAP or match.pose.distance_to(placed) > 2.0 * CELL:
             return None
-        return SegmentMatch(new, place, match.pose, match, match.overlap)
+        return SegmentMatch(keyframe, place, new.driven, match)
 
     def _verified(self, new: SegmentMatch) -> list[SegmentMatch]:
         """Return the matches that agree with a new one, if they outdo all that do not."""
         best = self._agreeing(new)
-        spread = [one.newer.driven for one in best]
-        if len(best) < AGREEING or max(spread) - min(spread) < SPAN:
+        if len(best) < AGREEING or best[-1].driven - best[0].driven < SPAN:
             return []
-        segments = {one.newer.middle for one in best}
+        segments = {one.keyframe for one in best}
         rivals = [
             one for one in self._pool
-            if one.newer.middle in segments and not self._agree(one, new)
+            if one.keyframe in segments and not self._agree(one, new)
         ]  # fmt: skip
         most = max(
-            (sum(r.score for r in self._agreeing(one) if r.newer.middle in segments)
+            (sum(r.score for r in self._agreeing(one) if r.keyframe in segments)
              for one in rivals),
             default=0.0,
         )  # fmt: skip
         if most > RIVAL * sum(one.score for one in best):
             return []
-        self._pool = deque(one for one in self._pool if one.newer.middle not in segments)
+        self._pool = deque(one for one in self._pool if one.keyframe not in segments)
         return best
 
     def _agreeing(self, match: SegmentMatch) -> list[SegmentMatch]:
         """Return one match of each segment that agrees with a match, itself among them."""
-        found = {match.newer.middle: match}
+        found = {match.keyframe: match}
         for one in sorted(self._pool, key=lambda one: -one.score):
-            if one.newer.middle not in found and all(
+            if one.keyframe not in found and all(
                 self._agree(one, other) for other in found.values()
             ):
-                found[one.newer.middle] = one
-        return sorted(found.values(), key=lambda one: one.newer.driven)
+                found[one.keyframe] = one
+        return sorted(found.values(), key=lambda one: one.driven)
 
     def _agree(self, one: SegmentMatch, other: SegmentMatch) -> bool:
         """Return whether the loop over two matches closes."""
         keyframes = self._graph.keyframes
-        poses = [keyframes[s.middle].pose for m in (one, other) for s in (m.newer, m.place)]
+        poses = [keyframes[n].pose for m in (one, other) for n in (m.keyframe, m.place)]
         moved = poses[2].relative_to(poses[0])
         back = poses[3].relative_to(poses[1])
-        around = one.relative.inverse().compose(back).compose(other.relative)
+        around = one.match.pose.inverse().compose(back).compose(other.match.pose)
         length = hypot(moved.x, moved.y) + hypot(back.x, back.y)
         return are_near(around, moved, AGREE_DISTANCE + AGREE_DRIFT * length, AGREE_ANGLE)
 
-    def _map_of(self, place: Segment) -> LocalMap:
-        if place.middle not in self._maps:
+    def _map_of(self, middle: int, segment: Segment) -> LocalMap:
+        if middle not in self._maps:
             if len(self._maps) > 2 * CANDIDATES:
                 self._maps.pop(next(iter(self._maps)))
-            self._maps[place.middle] = LocalMap(self._parts(place), CELL, wide=True)
-        return self._maps[place.middle]
+            self._maps[middle] = LocalMap(self._parts(middle, segment), CELL, wide=True)
+        return self._maps[middle]
 
-    def _scan_of(self, segment: Segment) -> PreparedScan:
-        if segment.middle not in self._scans:
-            self._scans = {segment.middle: _merged(self._parts(segment))}
-        return self._scans[segment.middle]
+    def _scan_of(self, middle: int, segment: Segment) -> PreparedScan:
+        if middle not in self._scans:
+            self._scans = {middle: _merged(self._parts(middle, segment))}
+        return self._scans[middle]
 
-    def _parts(self, segment: Segment) -> list[tuple[Pose2D, PreparedScan]]:
+    def _parts(self, middle: int, segment: Segment) -> list[tuple[Pose2D, PreparedScan]]:
         """Return the scans of a segment, each with its pose in the frame of the middle."""
         keyframes = self._graph.keyframes
-        centre = keyframes[segment.middle].pose
+        centre = keyframes[middle].pose
         return [
             (keyframes[n].pose.relative_to(centre), _near(self._prepared(n)))
             for n in segment.keyframes
