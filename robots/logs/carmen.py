@@ -11,6 +11,8 @@ front and rear laser), ROBOTLASER1 and ROBOTLASER2 (with geometry), ODOM, PARAM.
   is `robot_frontlaser_offset` in front of the base.
 * SICK lasers report errors and missing returns as the readings 8183 to 8191 of their unit: 81.83 m
   and more in centimetres. They are no returns. A reading of 0 is invalid.
+* Other lasers have a code of their own, which the log does not tell. Many readings at the upper
+  end, with hardly any just below them, are one: walls are at any distance.
 """
 
 from __future__ import annotations
@@ -50,6 +52,12 @@ LINE_BYTES = 1 << 20
 FIRST_ERROR_READING = 8183
 """Readings of a SICK LMS from here on are error codes, in units of its resolution."""
 
+CODE_WIDTH, CODE_GAP = 0.2, 0.5
+"""Metres: by which readings of a code for no return differ, and below them that are compared."""
+
+CODE_SHARE, CODE_DENSITY = 0.001, 50.0
+"""Share of all readings that a code has at least; readings a metre, of those a metre below it."""
+
 SPACINGS = {180: 1.0, 181: 1.0, 201: 0.5, 360: 0.5, 361: 0.5, 401: 0.25, 721: 0.25}
 """Degrees between the readings of an FLASER line, by their number."""
 
@@ -84,7 +92,8 @@ def read_carmen_log(file: Path) -> Recording:
     return Recording(
         file, "CARMEN log", first, last - first, counts, lidars,
         lambda: observations(_events(content, factory), first),
-        footprint=_footprint(content.parameters), notes=_notes(content, backwards),
+        footprint=_footprint(content.parameters),
+        notes=(*factory.notes, *_notes(content, backwards)),
     )  # fmt: skip
 
 
@@ -140,18 +149,20 @@ class _ScanFactory:
 
     Attributes:
         counts: number of scans by sensor.
+        notes: about what the log does not state.
     """
 
     def __init__(self, content: Content) -> None:
         self._parameters = content.parameters
-        self._largest: dict[str, float] = {}
+        self._codes: dict[str, float] = {}
         self._lasers: dict[tuple[str, int], Laser] = {}
         self._first: dict[str, Laser] = {}
         self.counts: dict[str, int] = {}
         found = [value for _, _, value in content.measured if isinstance(value, Readings)]
-        for item in found:
-            largest = float(item.ranges[np.isfinite(item.ranges)].max(initial=0.0))
-            self._largest[item.sensor] = max(self._largest.get(item.sensor, 0.0), largest)
+        self.notes: list[str] = []
+        for sensor in sorted({item.sensor for item in found if item.laser is None}):
+            old = [i.ranges for i in found if i.laser is None and i.sensor == sensor]
+            self._codes[sensor] = self._first_code(sensor, np.concatenate(old))
         for item in found:
             self._first.setdefault(item.sensor, self._laser(item))
             self.counts[item.sensor] = self.counts.get(item.sensor, 0) + 1
@@ -186,7 +197,7 @@ class _ScanFactory:
             start = -spacing * (readings // 2)
             heading = pi if sensor == "rear_lidar" else 0.0
             mount = Pose2D(self._offset(sensor), 0.0, heading)
-            limit = self._limit(sensor)
+            limit = self._codes[sensor]
             self._lasers[key] = Laser(readings, radians(start), radians(spacing), limit, mount)
         return self._lasers[key]
 
@@ -196,13 +207,24 @@ class _ScanFactory:
                 return _as_number(self._parameters[name]) or 0.0
         return 0.0
 
-    def _limit(self, sensor: str) -> float:
-        """Return the range from which readings are codes, by the laser's resolution, metres."""
-        largest = self._largest[sensor]
+    def _first_code(self, sensor: str, ranges: FloatArray) -> float:
+        """Return the range from which readings are codes for no return, metres."""
+        ranges = ranges[np.isfinite(ranges)]
+        largest = float(ranges.max(initial=0.0))
         for unit in (0.001, 0.01):
-            if largest <= 8191.5 * unit:
+            if FIRST_ERROR_READING * unit <= largest <= 8191.5 * unit:
                 return FIRST_ERROR_READING * unit
-        return largest + 1.0
+        code = ranges >= largest - CODE_WIDTH
+        below = (ranges >= largest - CODE_WIDTH - CODE_GAP) & ~code
+        count, usual = int(np.count_nonzero(code)), np.count_nonzero(below) / CODE_GAP
+        if count < CODE_SHARE * ranges.size or count / CODE_WIDTH < CODE_DENSITY * usual:
+            return largest + 1.0
+        first = float(ranges[code].min())
+        self.notes.append(
+            f"{sensor}: {count} readings of {first:.2f} m and more are taken for no return; hardly "
+            "any are just below"
+        )
+        return first
 
 
 def _events(content: Content, factory: _ScanFactory) -> Iterator[Event]:

@@ -50,6 +50,31 @@ def test_an_old_laser_has_the_geometry_of_its_number_of_readings(tmp_path):
     assert (robot.sonars, robot.camera, robot.body) == ({}, None, "replayed")
 
 
+@pytest.mark.parametrize("code", [8.0, 29.99, 51.1, 120.0])
+def test_a_code_for_no_return_that_the_log_does_not_state_is_found(tmp_path, code):
+    """Walls lie at any distance; 2 % of the readings within 4 cm at the upper end do not."""
+    rng = np.random.default_rng(1)
+    lines = []
+    for k in range(60):
+        ranges = rng.uniform(0.5, 0.9 * code, 180)
+        ranges[rng.random(180) < 0.02] = code + rng.uniform(-0.02, 0.02)
+        lines.append(flaser(100.0 + k, ranges, Pose2D(0.0, 0.0)))
+    found = open_log(log(tmp_path, *lines))
+    scans = [observation.measurements["lidar"] for observation in found.play()]
+    shares = [np.isinf(scan.ranges).mean() for scan in scans]
+    assert np.mean(shares) == pytest.approx(0.02, abs=0.005)
+    assert max(scan.ranges[np.isfinite(scan.ranges)].max() for scan in scans) < 0.91 * code
+    assert any("taken for no return" in note for note in found.notes)
+
+
+def test_far_walls_are_not_taken_for_a_code(tmp_path):
+    rng = np.random.default_rng(2)
+    lines = [flaser(100.0 + k, rng.uniform(0.5, 20.0, 180), Pose2D(0.0, 0.0)) for k in range(60)]
+    found = open_log(log(tmp_path, *lines))
+    assert all(np.isfinite(o.measurements["lidar"].ranges).all() for o in found.play())
+    assert found.notes == ()
+
+
 @pytest.mark.parametrize(
     ("count", "first", "spacing"), [(181, -90.0, 1.0), (361, -90.0, 0.5), (401, -50.0, 0.25)]
 )
