@@ -234,7 +234,8 @@ def compare_body(
             top.findings.add(DIFFERS, top.mark_of(key), sentence, origin)
     _compare_mounts(top, model, base, robot)
     _check_supports(top, model, points)
-    _check_tipping(top, model, base, robot)
+    if robot.drivetrain.moves:
+        _check_tipping(top, model, base, robot)
 
 
 def _links_of_arm(model: RobotModel, robot: RobotDescription) -> set[str]:

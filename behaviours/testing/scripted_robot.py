@@ -352,8 +352,8 @@ class ScriptedRobot:
             self.motion.fail(FailureCode.LOST, "the robot is lost")
         return self.motion
 
-    def _request(self, name: str, **arguments: Any) -> ScriptedTask:
-        self._record(name, **arguments)
+    def _request(self, called: str, **arguments: Any) -> ScriptedTask:
+        self._record(called, **arguments)
         self.task = ScriptedTask()
         return self.task
 

@@ -79,7 +79,7 @@ class ArmPlanner:
 
         Raises:
             NavigationError: START_OCCUPIED or GOAL_OCCUPIED with the names of what touches,
-                OUT_OF_RANGE for goals beyond the limits, NO_VALID_PATH if nothing was found.
+                UNREACHABLE for goals beyond the limits, NO_MOTION_PLAN if nothing was found.
         """
         checks = self._checks(start, goals, scene)
         free = [goal for goal in goals if self._is_within(goal) and not checks.collides(goal)]
@@ -89,7 +89,7 @@ class ArmPlanner:
         path = self._search(start, free, checks, (generator, iterations))
         if path is None:
             raise NavigationError(
-                FailureCode.NO_VALID_PATH,
+                FailureCode.NO_MOTION_PLAN,
                 f"no path of the arm was found with {iterations} samples",
             )
         return shortened(path, checks, generator)
@@ -112,12 +112,12 @@ class ArmPlanner:
             iterations: samples at most.
 
         Raises:
-            NavigationError: as of `plan`; OUT_OF_RANGE if the arm cannot reach the pose.
+            NavigationError: as of `plan`; UNREACHABLE if the arm cannot reach the pose.
         """
         goals = self.kinematics.solutions(target, start, generator)
         if not goals:
             raise NavigationError(
-                FailureCode.OUT_OF_RANGE, f"the arm cannot reach {_place(target)} with this turn"
+                FailureCode.UNREACHABLE, f"the arm cannot reach {_place(target)} with this turn"
             )
         return self.plan(start, goals, scene, generator, iterations)
 
@@ -130,8 +130,8 @@ class ArmPlanner:
             scene: what must not be touched.
 
         Raises:
-            NavigationError: START_OCCUPIED; OUT_OF_RANGE if a part of the line cannot be reached
-                without a change of posture; NO_VALID_PATH if something is in the way.
+            NavigationError: START_OCCUPIED; UNREACHABLE if a part of the line cannot be reached
+                without a change of posture; NO_MOTION_PLAN if something is in the way.
         """
         begin = self.kinematics.forward(start)
         way = float(np.linalg.norm(target[:3, 3] - begin[:3, 3]))
@@ -143,7 +143,7 @@ class ArmPlanner:
             found = self.kinematics.near(pose, waypoints[-1])
             if found is None or np.abs(found - waypoints[-1]).max() > LARGEST_JUMP:
                 raise NavigationError(
-                    FailureCode.OUT_OF_RANGE,
+                    FailureCode.UNREACHABLE,
                     f"the arm cannot follow the line to {_place(target)} beyond "
                     f"{100 * (part - 1) // count} % of it in this posture",
                 )
@@ -152,7 +152,7 @@ class ArmPlanner:
         for part in range(1, count + 1):
             if contact := checks.contact_between(waypoints[part - 1], waypoints[part]):
                 raise NavigationError(
-                    FailureCode.NO_VALID_PATH,
+                    FailureCode.NO_MOTION_PLAN,
                     f"the line to {_place(target)} is blocked after "
                     f"{100 * (part - 1) // count} % of it: {contact}",
                 )
@@ -225,7 +225,7 @@ class ArmPlanner:
         limits, goal = self.model.description.limits, goals[0]
         joint = int(np.argmax(np.maximum(limits.lower - goal, goal - limits.upper)))
         raise NavigationError(
-            FailureCode.OUT_OF_RANGE,
+            FailureCode.UNREACHABLE,
             f"{self.model.description.joints[joint]} would be at {goal[joint]:.3f}, outside its "
             f"limits {limits.lower[joint]:.3f} and {limits.upper[joint]:.3f}",
         )

@@ -102,3 +102,22 @@ class GripperCommand:
 
     width: float
     force: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GraspPlan:
+    """A way to grasp a block. Poses of the tool are (4, 4) in the arm's base link, metres.
+
+    Attributes:
+        name: as in "from above, fingers along y": axes of the block.
+        pre_grasp: (n,) positions of the joints in front of the block.
+        tool: at the grasp; the way to it is straight.
+        lift: after the lift; the way to it is straight.
+        width: of the block between the fingers, metres.
+    """
+
+    name: str
+    pre_grasp: FloatArray
+    tool: FloatArray
+    lift: FloatArray
+    width: float

@@ -11,6 +11,7 @@ from missions.commissioning.preflight import require_ready
 from missions.execution.build.detour import detour_maker
 from missions.execution.build.driving import DrivingInput, driving_of, place_of
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
+from missions.execution.build.surroundings import boxes_of
 from missions.execution.build.world import landmarks_of, map_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
@@ -28,6 +29,7 @@ from stack.navigation.capabilities.arm import ArmStage
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters, Tunable
+from stack.navigation.plans.arm_plans import ArmPlans
 from stack.navigation.tasks import Emit
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
@@ -138,7 +140,8 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
         plan,
         DrivingInput(perceiver, grid, maps, now, emit, log, holdups.sentence, body.is_real_time),
     )
-    limbs = ArmStage(plan.robot, now)
+    plans = ArmPlans(plan.robot, options.seed, log, is_real_time=body.is_real_time)
+    limbs = ArmStage(plan.robot, now, plans, boxes_of(plan.world))
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     robot = StackRobot(
         driving.base, driving.localisation, driving.map,
