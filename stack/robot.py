@@ -11,6 +11,7 @@ from typing import Protocol, TypeVar
 
 from stack.types import (
     Battery,
+    Block,
     ContactZone,
     CoveragePlan,
     Detection,
@@ -426,6 +427,19 @@ class Perception(Protocol):
         """Objects of a colour on the floor, the nearest first; keeps the camera on, as `image`.
 
         None before the first picture, and when the newest one is out of date.
+        """
+
+    def blocks(self, camera: str = "") -> tuple[Block, ...] | None:
+        """Blocks in the newest pictures of the colour camera and a depth camera.
+
+        Each call keeps the cameras on for another second. None before the first pair of pictures,
+        and while the newest ones are not of the same time. Takes some 0.2 s for new pictures.
+
+        Args:
+            camera: name of the depth camera; empty: the robot's first.
+
+        Raises:
+            ParameterError: the robot has no such depth camera, or no colour camera.
         """
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
