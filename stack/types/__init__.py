@@ -5,6 +5,7 @@ be modified after it was passed on.
 """
 
 from stack.types.arms import (
+    Block,
     GraspPlan,
     GripperCommand,
     GripperState,
@@ -17,7 +18,6 @@ from stack.types.detections import (
     NO_OBJECTS,
     OBJECT_COLOURS,
     PERSON,
-    Block,
     ColourMask,
     Detection,
     ObjectColour,

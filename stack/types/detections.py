@@ -9,8 +9,6 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types.geometry import FloatArray
-
 ObjectColour = Literal["red", "yellow", "green", "blue"]
 OBJECT_COLOURS: tuple[str, ...] = get_args(ObjectColour)
 """Colours of objects that cameras are asked for."""
@@ -77,24 +75,3 @@ class SeenObjects:
 
 
 NO_OBJECTS = SeenObjects()
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Block:
-    """A box of one colour that stands on something level.
-
-    Attributes:
-        colour: of its surface.
-        pose: (4, 4) of its centre in the arm's base link, metres; x along the longer side, z away
-            from what it stands on. Of a block whose sides look equally long, x is within 45 degrees
-            of that of the link.
-        size: (3,) along x, y and z, metres.
-        covariance: (4, 4) of x, y, z and yaw, metres and radians, in the frame of the pose.
-        stamp: of the depth picture, seconds on the body's clock.
-    """
-
-    colour: ObjectColour
-    pose: FloatArray
-    size: FloatArray
-    covariance: FloatArray
-    stamp: float
