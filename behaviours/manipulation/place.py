@@ -63,7 +63,10 @@ class Place(ArmBehaviour):
         if held is None:
             self.fail(FailureCode.MISSED, "the hand holds no block")
             return False
-        self.fail(FailureCode.GOAL_OCCUPIED, "no place is free")
+        if self.block is None:
+            self.fail(FailureCode.GOAL_OCCUPIED, f"no place on {self.on} is free")
+        else:
+            self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self.block} block was detected")
         for tool in self._tools(held):
             if (yield from self.done(self.robot.arm.move_tool(_above(tool)), "moving above")):
                 return (yield from self._put_down(held, tool))
