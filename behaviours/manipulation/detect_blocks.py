@@ -26,6 +26,7 @@ class DetectBlocks(RobotBehaviour):
 
     needs = ("arm", "camera", "depth_camera")
     takes_time = True
+    box_ports = ("on", "spare")
     fails_with = (FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)
 
     def initialise(self) -> None:

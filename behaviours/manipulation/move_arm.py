@@ -31,7 +31,8 @@ class MoveArm(RobotBehaviour):
     needs = ("arm",)
     takes_time = True
     fails_with = MOTION_FAILURES
-    ends_by = ("posture", "joints", "pose")
+    one_port_of = ("posture", "joints", "pose")
+    posture_port = "posture"
     also_known_as = ("MoveTo", "MoveToPose", "PlanAndExecute")
 
     def initialise(self) -> None:

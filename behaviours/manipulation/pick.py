@@ -36,6 +36,7 @@ class Pick(ArmBehaviour):
 
     needs = ("arm", "gripper")
     takes_time = True
+    box_ports = ("spare",)
     fails_with = (
         *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
     )  # fmt: skip

@@ -45,7 +45,8 @@ class Place(ArmBehaviour):
 
     needs = ("arm", "gripper")
     takes_time = True
-    ends_by = ("on", "block", "pose")
+    one_port_of = ("on", "block", "pose")
+    box_ports = ("on",)
     fails_with = (
         *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
     )  # fmt: skip

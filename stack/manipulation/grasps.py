@@ -19,7 +19,7 @@ import numpy as np
 
 from stack.errors import NavigationError
 from stack.manipulation.collisions import Collisions
-from stack.manipulation.planner import ArmPlanner
+from stack.manipulation.planner import ArmBlocked, ArmPlanner
 from stack.manipulation.scene import Box, Scene, SceneObject
 from stack.types import FailureCode, FloatArray
 
@@ -218,12 +218,11 @@ def _pre_grasp(
     checks = Collisions(planner.model, scene)
     contacts = [checks.contact(option) for option in found]
     if all(contacts):
-        raise NavigationError(FailureCode.GOAL_OCCUPIED, f"at the pre-grasp: {contacts[0]}")
+        raise ArmBlocked(FailureCode.GOAL_OCCUPIED, "at the pre-grasp", contacts[0])
     return found[contacts.index("")]
 
 
 def _reason(error: NavigationError) -> str:
-    if error.failure.code == FailureCode.UNREACHABLE:
-        return "out of reach"
-    contact = error.failure.sentence.rpartition(": ")[2]
-    return f"blocked ({contact})"
+    if isinstance(error, ArmBlocked):
+        return f"blocked ({error.contact})"
+    return "out of reach"

@@ -2,6 +2,7 @@
 """Compiled loops of the time law along a path (timing.py)."""
 
 import numpy as np
+from numba import f8
 
 from stack.kernel_cache import njit
 
@@ -80,3 +81,7 @@ def _reaches(x, k, following, steps, tangents, curvatures, acceleration):
     end = min(following, most)
     low, high = bounds_of(end, tangents[k + 1], curvatures[k], acceleration)
     return low <= high and (end - x) / (2.0 * steps[k]) >= low - 1e-9
+
+
+TIME_LAW = ((time_law, (f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[::1])),)
+"""Entry point, with the types that `time_path` calls it with."""

@@ -53,6 +53,18 @@ LARGEST_JUMP = 0.35
 """Radians of a joint between two of them: beyond, the arm changes its posture."""
 
 
+class ArmBlocked(NavigationError):
+    """The arm touches something.
+
+    Attributes:
+        contact: what touches what: `panda_hand touches table`.
+    """
+
+    def __init__(self, code: FailureCode, where: str, contact: str) -> None:
+        super().__init__(code, f"{where}: {contact}")
+        self.contact = contact
+
+
 class ArmPlanner:
     """Plans paths of an arm."""
 
@@ -151,11 +163,11 @@ class ArmPlanner:
         checks = self._checks(start, waypoints[-1:], scene)
         for part in range(1, count + 1):
             if contact := checks.contact_between(waypoints[part - 1], waypoints[part]):
-                raise NavigationError(
-                    FailureCode.NO_MOTION_PLAN,
+                where = (
                     f"the line to {_place(target)} is blocked after "
-                    f"{100 * (part - 1) // count} % of it: {contact}",
+                    f"{100 * (part - 1) // count} % of it"
                 )
+                raise ArmBlocked(FailureCode.NO_MOTION_PLAN, where, contact)
         return np.array(waypoints)
 
     def trajectory(
@@ -207,10 +219,10 @@ class ArmPlanner:
             return checks
         touching = checks.with_clearance(SMALLEST)
         if contact := touching.contact(start):
-            raise NavigationError(FailureCode.START_OCCUPIED, f"at the start: {contact}")
+            raise ArmBlocked(FailureCode.START_OCCUPIED, "at the start", contact)
         contacts = [touching.contact(goal) for goal in within]
         if all(contacts):
-            raise NavigationError(FailureCode.GOAL_OCCUPIED, f"at the goal: {contacts[0]}")
+            raise ArmBlocked(FailureCode.GOAL_OCCUPIED, "at the goal", contacts[0])
         nearest = max(
             touching.distance(goal)
             for goal, contact in zip(within, contacts, strict=True)

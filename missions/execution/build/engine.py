@@ -11,8 +11,8 @@ from missions.commissioning.preflight import require_ready
 from missions.execution.build.detour import detour_maker
 from missions.execution.build.driving import DrivingInput, driving_of, place_of
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
-from missions.execution.build.surroundings import boxes_of
 from missions.execution.build.world import landmarks_of, map_of
+from missions.execution.fit.arms import boxes_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
@@ -143,7 +143,7 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
         DrivingInput(perceiver, grid, maps, now, emit, log, holdups.sentence, body.is_real_time),
     )
     plans = ArmPlans(plan.robot, options.seed, log, is_real_time=body.is_real_time)
-    limbs = ArmStage(plan.robot, now, plans, boxes_of(plan.world))
+    limbs = ArmStage(plan.robot, now, plans, tuple(boxes_of(plan.world).values()))
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     robot = StackRobot(
         driving.base, driving.localisation, driving.map,

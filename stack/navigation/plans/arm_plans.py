@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.manipulation.collisions import Collisions
 from stack.manipulation.grasps import SUPPORT, grasps
@@ -60,6 +61,13 @@ class ArmPlans(DeferringWorker):
         super().__init__("the planner of the arm", log, is_real_time=is_real_time)
         self._robot, self._seed, self._count = robot, seed, 0
         self._planner: ArmPlanner | None = None
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Compiled functions of a plan."""
+        from stack.manipulation.kernels import TIME_LAW
+
+        return TIME_LAW
 
     def ask(self, job: Job[T], start: FloatArray, scene: Scene, now: float) -> Deferred[T]:
         """Submit a job; its result is due `LATENCY` after now, seconds on the robot's clock."""

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import treepilot
+from missions.execution.prepare import RunOptions, diagnose
+from stack import optional_packages
 from stack.telemetry.records import MissionState
 from stack.types import JointState
 from tests.missions.execution.live_run import LiveRun
@@ -53,7 +55,6 @@ def test_a_block_is_picked_and_placed(live):
         ("pick: {at: {x: 45 cm, y: 5 cm, z: 25 mm}}", "MISSED the fingers closed on nothing"),
         ("move_arm: {pose: {x: 2 m, z: 20 cm}}", "UNREACHABLE the arm cannot reach (2.000, 0.000"),
         ("move_arm: {pose: {x: 50 cm, z: -1 cm}}", "GOAL_OCCUPIED at the goal: panda_"),
-        ("move_arm: {posture: hom}", "the arm has no posture 'hom'"),
         ("place: {on: the tray}", "MISSED the hand holds no block"),
         ("move_arm: {joints: [0, 0]}", "expected 7 positions, got an array (2,)"),
     ],
@@ -61,6 +62,36 @@ def test_a_block_is_picked_and_placed(live):
 def test_what_fails_says_why(live, leaf, reason):
     done, found = ended(live(f"run: {{{leaf}}}\n"))
     assert not done and reason in found
+
+
+@pytest.mark.parametrize(
+    ("leaf", "sentence", "hint"),
+    [
+        ("move_arm: {posture: hom}", "posture: panda_table has no posture 'hom'", "'home'"),
+        ("place: {on: a tray}", "on: the world bench_top has no box 'a tray'", "'the tray'"),
+        ("pick: {spare: [tray]}", "spare: the world bench_top has no box 'tray'", "'the tray'"),
+        ("place: {}", "place needs exactly one of on, block, pose; it has 0", "place: {on: …}"),
+        (
+            "move_arm: {posture: home, joints: [0]}",
+            "move_arm needs exactly one of posture, joints, pose; it has 2", "",
+        ),
+    ],
+)  # fmt: skip
+def test_names_and_goals_are_checked_before_anything_moves(tmp_path, leaf, sentence, hint):
+    file = tmp_path / "m.yaml"
+    file.write_text(f"{HEAD}run: {{{leaf}}}\n")
+    [found] = diagnose(file, RunOptions()).findings
+    assert (found.code, found.sentence) == ("E132", sentence)
+    assert hint in found.hint
+
+
+def test_an_arm_without_its_packages_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(optional_packages.Package, "is_installed", property(lambda _: False))
+    file = tmp_path / "m.yaml"
+    file.write_text(f"{HEAD}run: {{home_arm: {{}}}}\n")
+    sentences = [item.sentence for item in diagnose(file, RunOptions()).findings]
+    wanted = "home_arm needs the Python package pinocchio, which is not installed"
+    assert wanted in sentences
 
 
 def test_a_plan_is_used_half_a_second_after_it_was_asked_for(live):
