@@ -4,8 +4,8 @@ Each miss is the difference of where fingers or a closer look found a thing, and
 had shown it. Random errors go to all sides; an error of the mount does not. With equal variance
 along all axes, n |mean|^2 / 3 over the variance of n misses is distributed as F with 3 and
 3 (n - 1) degrees of freedom if the camera is right: the t test in space. Three misses suffice. The
-tail of F is that of E. Paulson, "An Approximate Normalization of the Analysis of Variance Distribution",
-Annals of Mathematical Statistics 13, 1942.
+tail of F is that of E. Paulson, "An Approximate Normalization of the Analysis of Variance
+Distribution", Annals of Mathematical Statistics 13, 1942.
 """
 
 from __future__ import annotations

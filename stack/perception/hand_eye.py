@@ -35,10 +35,11 @@ LARGEST_RESIDUAL = 0.05
 """RMS distance beyond which arm, marker and camera do not fit together, metres."""
 
 OUTLIER = 3.0
-"""Residual in RMS of the others beyond which a view is named as doubtful."""
+"""Residual in RMS of the others, or in the noise, beyond which a view is named as doubtful."""
 
 TURN_NOISE, MOVE_NOISE = radians(0.2), 0.001
-"""Deviations of the turn and the position of a marker in a picture; only their ratio matters."""
+"""Usual deviations of the turn and the position of a marker in a picture, radians and metres; their
+ratio weights the residuals."""
 
 _STEPS, _HALF_TURN = 20, radians(170.0)
 
@@ -86,12 +87,12 @@ class HandEye:
     @property
     def doubtful(self) -> tuple[int, ...]:
         """Views that do not fit to the others, by their index."""
-        found = []
+        found: list[int] = []
         for number in range(len(self.moves)):
-            rest = [np.delete(one, number) for one in (self.moves, self.turns)]
-            limits = [OUTLIER * float(np.sqrt(np.mean(np.square(one)))) for one in rest]
-            if self.moves[number] > limits[0] or self.turns[number] > limits[1]:
-                found.append(number)
+            for off, noise in ((self.moves, MOVE_NOISE), (self.turns, TURN_NOISE)):
+                rest = float(np.sqrt(np.mean(np.square(np.delete(off, number)))))
+                if off[number] > OUTLIER * max(rest, noise) and number not in found:
+                    found.append(number)
         return tuple(found)
 
 
@@ -181,14 +182,14 @@ def _refined(
     """Return X and Y with the least squares (Gauss-Newton), and the normal matrix (12, 12)."""
     difference = 1e-6
     for _ in range(_STEPS):
-        off = _residuals(arm, seen, mount, marker).ravel()
+        off: FloatArray = _residuals(arm, seen, mount, marker).ravel()
         moved = [
             _residuals(arm, seen, mount @ _small(one[:6]), marker @ _small(one[6:])).ravel()
             for one in difference * np.eye(12)
         ]
-        jacobian = (np.array(moved) - off).T / difference
+        jacobian: FloatArray = (np.array(moved) - off).T / difference
         normal: FloatArray = jacobian.T @ jacobian
-        step = np.linalg.solve(normal, -jacobian.T @ off)
+        step = np.asarray(np.linalg.solve(normal, -(jacobian.T @ off)), np.float64)
         mount, marker = mount @ _small(step[:6]), marker @ _small(step[6:])
         if np.abs(step).max() < 1e-9:
             break
