@@ -11,7 +11,7 @@ from missions.cli.calibrate.odometry import EPILOG as ODOMETRY_EPILOG
 from missions.cli.calibrate.odometry import odometry
 
 calibrate_app = typer.Typer(
-    no_args_is_help=True, help="Calibrate a camera, its mount on an arm, the odometry or a lidar."
+    no_args_is_help=True, help="Calibrate cameras, their mounts, the odometry or lidars."
 )
 calibrate_app.command()(camera)
 calibrate_app.command("hand-eye", epilog=HAND_EYE_EPILOG)(hand_eye)
