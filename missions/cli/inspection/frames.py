@@ -11,7 +11,7 @@ def frames(
         str, typer.Argument(metavar="[RUN|ROBOT]", help="a run or a robot [default: newest run]")
     ] = "",
 ) -> None:
-    """Draw the tree of frames: parents, what moves, sensors, and who publishes it.
+    """Draw the tree of frames of a robot or a run.
 
     Of a robot (its name or robot.yaml) it shows the links of the URDF and the mounts of the
     sensors. Of a recorded run (its folder, its name in ./runs, or `newest`) also map and odom, and
