@@ -146,6 +146,12 @@ class RobotBehaviour(Behaviour):
     label_port: typing.ClassVar[str] = ""
     """Port with a label of the object detector, which takes the place of a `colour`; `check`
     compares it with the detector."""
+    one_port_of: typing.ClassVar[tuple[str, ...]] = ()
+    """Ports of which exactly one is given; `check` refuses a node with none or several."""
+    posture_port: typing.ClassVar[str] = ""
+    """Port with a posture of the arm; `check` compares it with the robot."""
+    box_ports: typing.ClassVar[tuple[str, ...]] = ()
+    """Ports with names of boxes, one or a list; `check` compares them with the world."""
     drives_backward: typing.ClassVar[bool] = False
     """Whether its speeds are backward ones."""
     arrival_port: typing.ClassVar[str] = ""

@@ -53,6 +53,9 @@ class BehaviourTraits:
     needs: tuple[str, ...]
     edge_port: str
     label_port: str
+    one_port_of: tuple[str, ...]
+    posture_port: str
+    box_ports: tuple[str, ...]
     drives_backward: bool
 
 

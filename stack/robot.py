@@ -6,11 +6,12 @@ task cancels the previous one. Names follow nav2_simple_commander.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol, TypeVar
 
 from stack.types import (
     Battery,
+    Block,
     ContactZone,
     CoveragePlan,
     Detection,
@@ -19,6 +20,7 @@ from stack.types import (
     FloorLines,
     Footprint,
     Frontier,
+    GraspPlan,
     GripperState,
     Image,
     JointState,
@@ -428,6 +430,19 @@ class Perception(Protocol):
         None before the first picture, and when the newest one is out of date.
         """
 
+    def blocks(self, camera: str = "") -> tuple[Block, ...] | None:
+        """Blocks in the newest pictures of the colour camera and a depth camera.
+
+        Each call keeps the cameras on for another second. None before the first pair of pictures,
+        and while the newest ones are not of the same time. Takes some 0.2 s for new pictures.
+
+        Args:
+            camera: name of the depth camera; empty: the robot's first.
+
+        Raises:
+            ParameterError: the robot has no such depth camera, or no colour camera.
+        """
+
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         """Objects in the newest picture that the object detector searched, the nearest first.
 
@@ -439,8 +454,22 @@ class Perception(Protocol):
         """
 
 
+class GraspTask(Task, Protocol):
+    """A search for grasps of a block."""
+
+    @property
+    def grasps(self) -> tuple[GraspPlan, ...]:
+        """The grasps, the best first; none before the end."""
+
+
 class Arm(Protocol):
-    """The arm of the robot: joints, and motions that were planned before."""
+    """The arm of the robot: joints, motions, and what the arm must not touch.
+
+    Poses are (4, 4) in the arm's base link, metres. Motions to a goal are planned without contact
+    once the arm stands: with the boxes of the world, the blocks of `see` and what the hand holds.
+    They fail with UNREACHABLE, NO_MOTION_PLAN, START_OCCUPIED, GOAL_OCCUPIED or COLLISION_AHEAD if
+    there is no motion, and with ARM_COLLISION if the arm stops by itself.
+    """
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -456,7 +485,70 @@ class Arm(Protocol):
 
     @property
     def tool_pose(self) -> FloatArray | None:
-        """Measured pose (4, 4) of the tool in the base frame, metres; None as for `joints`."""
+        """Measured pose of the tool; None as for `joints`."""
+
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        """The blocks around the arm by name, as `see` and `release` have left them."""
+
+    @property
+    def held(self) -> Block | None:
+        """The block in the hand, where it is now; None without one."""
+
+    def box(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return pose and size (3,) of a box of the world.
+
+        Raises:
+            ParameterError: there is none.
+        """
+
+    def see(self, blocks: Iterable[Block]) -> None:
+        """Replace the blocks around the arm; that in the hand is kept."""
+
+    def hold(self, block: Block, width: float) -> None:
+        """The hand has grasped a block; it moves with the tool.
+
+        Args:
+            block: from its place before the grasp.
+            width: between the fingers, metres.
+        """
+
+    def release(self, *, lost: bool = False) -> None:
+        """The hand holds nothing any more: its block stands where the tool is, or is lost."""
+
+    def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> Task:
+        """Move the joints to positions.
+
+        Args:
+            positions: (n,) radians.
+            speed: share of the top speed.
+
+        Raises:
+            ParameterError: the number of positions is wrong.
+        """
+
+    def move_to_posture(self, name: str, *, speed: float = 1.0) -> Task:
+        """Move to a named posture.
+
+        Raises:
+            ParameterError: the arm has no such posture.
+        """
+
+    def move_tool(
+        self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
+        speed: float = 1.0,
+    ) -> Task:  # fmt: skip
+        """Move the tool to a pose.
+
+        Args:
+            pose: of the tool.
+            straight: along a line, with an even turn.
+            touching: blocks, or names of boxes, that the fingers and what they hold may touch.
+            speed: share of the top speed.
+        """
+
+    def plan_grasps(self, block: Block) -> GraspTask:
+        """Look for grasps of a block; fails with NO_MOTION_PLAN if there is none."""
 
     def follow(self, trajectory: JointTrajectory) -> Task:
         """Move along a trajectory that begins where the arm is and ends at rest.

@@ -89,8 +89,8 @@ MAY_IMPORT = {
     "stack.sim": {"stack.body", "stack.mapping", "stack.mavlink.origin", *FOUNDATION},
     "stack.navigation": {
         "stack.body", "stack.robot", "stack.components", "stack.control", "stack.costmap",
-        "stack.localisation", "stack.mapping", "stack.perception", "stack.planning",
-        "stack.safety", *FOUNDATION,
+        "stack.localisation", "stack.manipulation", "stack.mapping", "stack.perception",
+        "stack.planning", "stack.safety", *FOUNDATION,
     },
     "stack.runtime": {
         "stack.body", "stack.robot", "stack.components", "stack.costmap", "stack.localisation",

@@ -80,6 +80,7 @@ from stack.types import UNKNOWN as UNKNOWN
 from stack.types import UNKNOWN_COST as UNKNOWN_COST
 from stack.types import Assignments as Assignments
 from stack.types import Battery as Battery
+from stack.types import Block as Block
 from stack.types import ContactZone as ContactZone
 from stack.types import CostGrid as CostGrid
 from stack.types import CoveragePlan as CoveragePlan

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from behaviours.testing.scripted_task import ScriptedTask
-from stack.types import FloatArray, GripperState, JointState, JointTrajectory
+from stack.errors import ParameterError
+from stack.types import (
+    Block,
+    FailureCode,
+    FloatArray,
+    GraspPlan,
+    GripperState,
+    JointState,
+    JointTrajectory,
+)
 
 JOINTS = tuple(f"joint_{number}" for number in range(1, 8))
 
@@ -25,11 +35,20 @@ def _at_rest() -> JointState:
 
 
 @dataclass
+class ScriptedGrasps(ScriptedTask):
+    """A search for grasps; the test sets what was found."""
+
+    grasps: tuple[GraspPlan, ...] = ()
+
+
+@dataclass
 class ScriptedArm:
-    """An arm of seven joints. `follow` is recorded; its task is the robot's newest one.
+    """An arm of seven joints. Motions are recorded; their task is the robot's newest one.
 
     Attributes:
         begin: records a call.
+        boxes: of the world: pose and size by name.
+        grasps: what a search for grasps finds at once; without any it fails.
         task: of the newest motion; a newer one cancels it.
     """
 
@@ -38,12 +57,66 @@ class ScriptedArm:
     postures: Mapping[str, FloatArray] = field(default_factory=lambda: {"home": _zeros()})
     joints: JointState | None = field(default_factory=_at_rest)
     tool_pose: FloatArray | None = field(default_factory=lambda: np.eye(4))
+    blocks: dict[str, Block] = field(default_factory=dict)
+    held: Block | None = None
+    boxes: dict[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+    grasps: tuple[GraspPlan, ...] = ()
     task: ScriptedTask = field(default_factory=ScriptedTask)
+
+    def box(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Return a box that the test has set."""
+        if name not in self.boxes:
+            raise ParameterError("", f"no box of the world is called {name!r}")
+        return self.boxes[name]
+
+    def see(self, blocks: Iterable[Block]) -> None:
+        """Replace the blocks."""
+        self.blocks = {f"{block.colour} {number}": block for number, block in enumerate(blocks)}
+
+    def hold(self, block: Block, width: float) -> None:
+        """Hold a block."""
+        self.blocks = {name: it for name, it in self.blocks.items() if it is not block}
+        self.held = block
+
+    def release(self, *, lost: bool = False) -> None:
+        """Hold nothing."""
+        self.held = None
 
     def follow(self, trajectory: JointTrajectory) -> ScriptedTask:
         """Record the call."""
+        return self._move("follow", trajectory=trajectory)
+
+    def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> ScriptedTask:
+        """Record the call."""
+        return self._move("move_joints", positions=positions, speed=speed)
+
+    def move_to_posture(self, name: str, *, speed: float = 1.0) -> ScriptedTask:
+        """Record the call."""
+        if name not in self.postures:
+            raise ParameterError("posture", f"the arm has no posture {name!r}")
+        return self._move("move_to_posture", name=name, speed=speed)
+
+    def move_tool(
+        self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
+        speed: float = 1.0,
+    ) -> ScriptedTask:  # fmt: skip
+        """Record the call."""
+        given = {"pose": pose, "straight": straight, "touching": tuple(touching), "speed": speed}
+        return self._move("move_tool", **given)
+
+    def plan_grasps(self, block: Block) -> ScriptedGrasps:
+        """Record the call; the search has ended."""
+        self._move("plan_grasps", block=block).succeed()
+        search = ScriptedGrasps(grasps=self.grasps)
+        if self.grasps:
+            search.succeed()
+        else:
+            search.fail(FailureCode.NO_MOTION_PLAN, "no grasp: set by the test")
+        return search
+
+    def _move(self, call: str, **arguments: Any) -> ScriptedTask:
         self.task.cancel()
-        self.task = self.begin("follow", trajectory=trajectory)
+        self.task = self.begin(call, **arguments)
         return self.task
 
 

@@ -17,6 +17,7 @@ from stack.robot import Base, JsonValue, Localisation, Map, Perception, Robot, T
 from stack.types import (
     STANDSTILL,
     Battery,
+    Block,
     ContactZone,
     CoveragePlan,
     Detection,
@@ -106,6 +107,7 @@ class ScriptedRobot:
         seen_places: returned by `place_sightings()`.
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
+        seen_blocks: returned by `blocks()`.
         tracks: moving objects.
         standing_objects: not on the map, and have not moved.
         fit: called by `fit_at()`.
@@ -148,6 +150,7 @@ class ScriptedRobot:
     seen_places: tuple[PlaceSighting, ...] = ()
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
+    seen_blocks: tuple[Block, ...] | None = None
     fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
@@ -266,6 +269,9 @@ class ScriptedRobot:
     def coloured_objects(self, colour: ObjectColour) -> tuple[Detection, ...] | None:
         return self.detections(colour)
 
+    def blocks(self, camera: str = "") -> tuple[Block, ...] | None:
+        return self.seen_blocks
+
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         if self.objects is None:
             return None
@@ -352,8 +358,8 @@ class ScriptedRobot:
             self.motion.fail(FailureCode.LOST, "the robot is lost")
         return self.motion
 
-    def _request(self, name: str, **arguments: Any) -> ScriptedTask:
-        self._record(name, **arguments)
+    def _request(self, called: str, **arguments: Any) -> ScriptedTask:
+        self._record(called, **arguments)
         self.task = ScriptedTask()
         return self.task
 

@@ -1,1 +1,1 @@
-"""Commissioning of a robot: preflight checks, and calibration of odometry and lidar mounts."""
+"""Commissioning of a robot: preflight checks, and calibration of odometry and mounts."""

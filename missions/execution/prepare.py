@@ -19,6 +19,7 @@ from missions.execution.fit import (
     tolerance_findings,
     zone_findings,
 )
+from missions.execution.fit.arms import arm_findings
 from missions.execution.fit.components import (
     Marks,
     check_estimator,
@@ -195,6 +196,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
 def _check_scene(scene: Scene, marks: Marks, options: RunOptions, found: Findings) -> None:
     """Check the start, and what the nodes of the mission ask of the robot and the world."""
     found.items += behaviour_needs(marks.mission, scene.described)
+    found.items += arm_findings(marks.mission, scene.described, scene.world)
     if not scene.robot.drivetrain.moves:
         return
     _gather(found, lambda: check_start(scene, marks, options))
@@ -296,7 +298,7 @@ def _goal_errors(mission: Mission, options: RunOptions, files: SceneFiles) -> li
     if isnan(start.x):
         return []  # a place with an error
     if not robot.drivetrain.moves:
-        return behaviour_needs(mission, robot)
+        return [*behaviour_needs(mission, robot), *arm_findings(mission, robot, world)]
     found = fit_findings(mission, world, robot, start)
     try:
         choices = choices_of(mission, robot, options.parameters or {}, Findings())
@@ -305,6 +307,7 @@ def _goal_errors(mission: Mission, options: RunOptions, files: SceneFiles) -> li
         areas = ()  # among the mission's own errors
     found += zone_findings(mission, world, robot, (start, Mark(str(mission.source))), areas)
     errors = [item for item in found if item.severity == "error"]
+    errors += arm_findings(mission, robot, world)
     return [*errors, *behaviour_needs(mission, robot)]
 
 

@@ -280,6 +280,7 @@ class Run:
                 parts_left.callback(engine.sensor_log.close)
             parts_left.callback(parts.perceiver.close)
             parts_left.callback(parts.navigator.close, engine.body.time)
+            parts_left.callback(parts.limbs.close)
             parts_left.callback(engine.body.close)
             self._stop_robot()
             final = self._report.plain() if self._report is not None else None

@@ -15,6 +15,7 @@ from stack.control.evasion.evasion import Evasion
 from stack.costmap.costmap import Costmap
 from stack.frames.links import LinkChain
 from stack.navigation.navigator import Navigator
+from stack.navigation.plans.arm_plans import ArmPlans
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracking.tracker import Tracker
 from stack.safety.safety import Safety
@@ -78,7 +79,8 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     costs, safety = choices["costmap"], choices["safety"]
     memory = ObstacleMemory.kernels(plan.robot)
     sensors = () if replayed else _sensor_kernels(plan)
-    arm = _arm_kernels() if plan.robot.arm is not None else ()
+    has_arm = plan.robot.arm is not None
+    arm = (*LinkChain.kernels(), *ArmPlans.kernels()) if has_arm else ()
     if not plan.robot.drivetrain.moves:
         return {"sensors": sensors, "perception": memory, "arm": arm}
     found: dict[str, KernelTypes] = {
@@ -95,13 +97,6 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
 
         found["exploration"] = EXPLORATION
     return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}
-
-
-def _arm_kernels() -> KernelTypes:
-    """Return the kernels of frames and motions of an arm."""
-    from stack.manipulation.kernels import ENTRY_POINTS
-
-    return (*LinkChain.kernels(), *ENTRY_POINTS)
 
 
 def _sensor_kernels(plan: PreparedMission) -> KernelTypes:

@@ -121,7 +121,8 @@ def plan_of(
     plan[GAINS : GAINS + 6] = gains.p, gains.i, gains.d, gains.speed, gains.friction, gains.most
     plan[STOP_DECELERATION] = limits.stop
     if not law.steering:
-        plan[LEVER] = max(abs(turn) / hypot(ahead, aside) for ahead, aside, turn in law.rows)
+        levers = (abs(turn) / hypot(ahead, aside) for ahead, aside, turn in law.rows)
+        plan[LEVER] = max(levers, default=0.0)  # of a robot without wheels
     plan[ROWS:] = np.ravel(law.rows)
     return plan
 

@@ -27,6 +27,9 @@ PERIOD = 0.01
 SHORTEST = 0.02
 """Seconds: D of the first attempts."""
 
+END = 1e-3
+"""Seconds before the end of a trajectory from which on it is over: the rest is below 1e-6 rad."""
+
 TOLERANCE = 1.02
 """Share of the limits that a stop may reach: it is sampled, not exact as the trajectory is."""
 
@@ -40,7 +43,7 @@ def braking(trajectory: JointTrajectory, time: float, limits: JointLimits) -> Jo
         limits: of the joints.
     """
     left = trajectory.duration - time
-    if left <= 0.0:
+    if left <= END:
         positions = trajectory.positions[-1:]
         return JointTrajectory(np.zeros(1), positions, np.zeros_like(positions))
     window = max(float((limits.acceleration / limits.jerk).max()), PERIOD)

@@ -19,7 +19,7 @@ import numpy as np
 
 from stack.errors import NavigationError
 from stack.manipulation.collisions import Collisions
-from stack.manipulation.planner import ArmPlanner
+from stack.manipulation.planner import ArmBlocked, ArmPlanner
 from stack.manipulation.scene import Box, Scene, SceneObject
 from stack.types import FailureCode, FloatArray
 
@@ -101,7 +101,7 @@ def grasps(
         generator: of the inverse kinematics.
 
     Raises:
-        NavigationError: OBJECT_NOT_FOUND if the scene has no such block, NO_VALID_PATH if there is
+        NavigationError: OBJECT_NOT_FOUND if the scene has no such block, NO_MOTION_PLAN if there is
             no grasp; the sentence says what is wrong with the candidates.
     """
     item = _block(block, scene)
@@ -124,7 +124,7 @@ def grasps(
             refused[_reason(error)] += 1
     if not found:
         reasons = "; ".join(f"{count} {reason}" for reason, count in refused.most_common(4))
-        raise NavigationError(FailureCode.NO_VALID_PATH, f"no grasp of {block}: {reasons}")
+        raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {reasons}")
     return sorted(found, key=lambda grasp: grasp.cost)
 
 
@@ -214,16 +214,15 @@ def _pre_grasp(
     """
     found = planner.kinematics.solutions(tool, positions, generator, POSTURES, RESTARTS)
     if not found:
-        raise NavigationError(FailureCode.OUT_OF_RANGE, "the arm cannot reach the pre-grasp")
+        raise NavigationError(FailureCode.UNREACHABLE, "the arm cannot reach the pre-grasp")
     checks = Collisions(planner.model, scene)
     contacts = [checks.contact(option) for option in found]
     if all(contacts):
-        raise NavigationError(FailureCode.GOAL_OCCUPIED, f"at the pre-grasp: {contacts[0]}")
+        raise ArmBlocked(FailureCode.GOAL_OCCUPIED, "at the pre-grasp", contacts[0])
     return found[contacts.index("")]
 
 
 def _reason(error: NavigationError) -> str:
-    if error.failure.code == FailureCode.OUT_OF_RANGE:
-        return "out of reach"
-    contact = error.failure.sentence.rpartition(": ")[2]
-    return f"blocked ({contact})"
+    if isinstance(error, ArmBlocked):
+        return f"blocked ({error.contact})"
+    return "out of reach"

@@ -83,6 +83,5 @@ def _reaches(x, k, following, steps, tangents, curvatures, acceleration):
     return low <= high and (end - x) / (2.0 * steps[k]) >= low - 1e-9
 
 
-_floats, _plane = f8[::1], f8[:, ::1]
-ENTRY_POINTS = ((time_law, (_floats, _plane, _plane, _floats, _floats)),)
-"""Kernels of the time law, with the types of their arguments."""
+TIME_LAW = ((time_law, (f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[::1])),)
+"""Entry point, with the types that `time_path` calls it with."""

@@ -18,10 +18,11 @@ from typing import Any
 import numpy as np
 
 from stack.drivetrain.arm_description import ArmDescription
+from stack.drivetrain.description import BASE
 from stack.errors import InputError
 from stack.optional_packages import PINOCCHIO
 from stack.streams import stream
-from stack.types import FloatArray
+from stack.types import FloatArray, LinkJoint
 
 SAMPLES = 400
 """Poses of the search for pairs of links that always touch."""
@@ -50,7 +51,11 @@ class ArmModel:
     """
 
     def __init__(
-        self, urdf: str | Path, description: ArmDescription, folders: Sequence[Path] = ()
+        self,
+        urdf: str | Path,
+        description: ArmDescription,
+        folders: Sequence[Path] = (),
+        links: Sequence[LinkJoint] = (),
     ) -> None:
         """Read the arm.
 
@@ -58,6 +63,8 @@ class ArmModel:
             urdf: the path of the file, or its text.
             description: of the arm.
             folders: in which `package://NAME/…` is NAME; that of the file is one of them.
+            links: of the robot below its base frame, parents first, for the URDF of a simulation:
+                it has the base frame as its root, and leaves links without mass out.
 
         Raises:
             InputError: Pinocchio is not installed, the URDF cannot be read, or it lacks a joint or
@@ -76,6 +83,7 @@ class ArmModel:
             )
         except (ValueError, RuntimeError) as error:
             raise InputError(f"{name} cannot be read: {error}") from error
+        self._place(whole, links)
         self._require(name, whole)
         fingers = description.gripper.joints if description.gripper else ()
         locked = [
@@ -106,6 +114,21 @@ class ArmModel:
         ]
         self.reach = self._reach()
         self.self_pairs = self._self_pairs()
+
+    def _place(self, whole: Any, links: Sequence[LinkJoint]) -> None:
+        """Put the frames of all links where the robot has them."""
+        places = {BASE: (0, self.pin.SE3.Identity())}
+        for joint in links:
+            parent, place = places[joint.parent]
+            place = place * self.pin.SE3(joint.origin)
+            if joint.kind != "fixed":
+                parent, place = whole.getJointId(joint.name), self.pin.SE3.Identity()
+            places[joint.child] = parent, place
+            if whole.existFrame(joint.child):
+                whole.frames[whole.getFrameId(joint.child)].placement = place
+            else:
+                kind = self.pin.FrameType.OP_FRAME
+                whole.addFrame(self.pin.Frame(joint.child, parent, place, kind))
 
     def configuration(self, positions: FloatArray, width: float | None = None) -> FloatArray:
         """Return Pinocchio's configuration.

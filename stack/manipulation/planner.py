@@ -53,6 +53,18 @@ LARGEST_JUMP = 0.35
 """Radians of a joint between two of them: beyond, the arm changes its posture."""
 
 
+class ArmBlocked(NavigationError):
+    """The arm touches something.
+
+    Attributes:
+        contact: what touches what: `panda_hand touches table`.
+    """
+
+    def __init__(self, code: FailureCode, where: str, contact: str) -> None:
+        super().__init__(code, f"{where}: {contact}")
+        self.contact = contact
+
+
 class ArmPlanner:
     """Plans paths of an arm."""
 
@@ -79,7 +91,7 @@ class ArmPlanner:
 
         Raises:
             NavigationError: START_OCCUPIED or GOAL_OCCUPIED with the names of what touches,
-                OUT_OF_RANGE for goals beyond the limits, NO_VALID_PATH if nothing was found.
+                UNREACHABLE for goals beyond the limits, NO_MOTION_PLAN if nothing was found.
         """
         checks = self._checks(start, goals, scene)
         free = [goal for goal in goals if self._is_within(goal) and not checks.collides(goal)]
@@ -89,7 +101,7 @@ class ArmPlanner:
         path = self._search(start, free, checks, (generator, iterations))
         if path is None:
             raise NavigationError(
-                FailureCode.NO_VALID_PATH,
+                FailureCode.NO_MOTION_PLAN,
                 f"no path of the arm was found with {iterations} samples",
             )
         return shortened(path, checks, generator)
@@ -112,12 +124,12 @@ class ArmPlanner:
             iterations: samples at most.
 
         Raises:
-            NavigationError: as of `plan`; OUT_OF_RANGE if the arm cannot reach the pose.
+            NavigationError: as of `plan`; UNREACHABLE if the arm cannot reach the pose.
         """
         goals = self.kinematics.solutions(target, start, generator)
         if not goals:
             raise NavigationError(
-                FailureCode.OUT_OF_RANGE, f"the arm cannot reach {_place(target)} with this turn"
+                FailureCode.UNREACHABLE, f"the arm cannot reach {_place(target)} with this turn"
             )
         return self.plan(start, goals, scene, generator, iterations)
 
@@ -130,8 +142,8 @@ class ArmPlanner:
             scene: what must not be touched.
 
         Raises:
-            NavigationError: START_OCCUPIED; OUT_OF_RANGE if a part of the line cannot be reached
-                without a change of posture; NO_VALID_PATH if something is in the way.
+            NavigationError: START_OCCUPIED; UNREACHABLE if a part of the line cannot be reached
+                without a change of posture; NO_MOTION_PLAN if something is in the way.
         """
         begin = self.kinematics.forward(start)
         way = float(np.linalg.norm(target[:3, 3] - begin[:3, 3]))
@@ -143,7 +155,7 @@ class ArmPlanner:
             found = self.kinematics.near(pose, waypoints[-1])
             if found is None or np.abs(found - waypoints[-1]).max() > LARGEST_JUMP:
                 raise NavigationError(
-                    FailureCode.OUT_OF_RANGE,
+                    FailureCode.UNREACHABLE,
                     f"the arm cannot follow the line to {_place(target)} beyond "
                     f"{100 * (part - 1) // count} % of it in this posture",
                 )
@@ -151,11 +163,11 @@ class ArmPlanner:
         checks = self._checks(start, waypoints[-1:], scene)
         for part in range(1, count + 1):
             if contact := checks.contact_between(waypoints[part - 1], waypoints[part]):
-                raise NavigationError(
-                    FailureCode.NO_VALID_PATH,
+                where = (
                     f"the line to {_place(target)} is blocked after "
-                    f"{100 * (part - 1) // count} % of it: {contact}",
+                    f"{100 * (part - 1) // count} % of it"
                 )
+                raise ArmBlocked(FailureCode.NO_MOTION_PLAN, where, contact)
         return np.array(waypoints)
 
     def trajectory(
@@ -207,10 +219,10 @@ class ArmPlanner:
             return checks
         touching = checks.with_clearance(SMALLEST)
         if contact := touching.contact(start):
-            raise NavigationError(FailureCode.START_OCCUPIED, f"at the start: {contact}")
+            raise ArmBlocked(FailureCode.START_OCCUPIED, "at the start", contact)
         contacts = [touching.contact(goal) for goal in within]
         if all(contacts):
-            raise NavigationError(FailureCode.GOAL_OCCUPIED, f"at the goal: {contacts[0]}")
+            raise ArmBlocked(FailureCode.GOAL_OCCUPIED, "at the goal", contacts[0])
         nearest = max(
             touching.distance(goal)
             for goal, contact in zip(within, contacts, strict=True)
@@ -225,7 +237,7 @@ class ArmPlanner:
         limits, goal = self.model.description.limits, goals[0]
         joint = int(np.argmax(np.maximum(limits.lower - goal, goal - limits.upper)))
         raise NavigationError(
-            FailureCode.OUT_OF_RANGE,
+            FailureCode.UNREACHABLE,
             f"{self.model.description.joints[joint]} would be at {goal[joint]:.3f}, outside its "
             f"limits {limits.lower[joint]:.3f} and {limits.upper[joint]:.3f}",
         )

@@ -162,7 +162,7 @@ class Navigator(MotionStage):
         Returns:
             Whether they are there: `step` does not wait.
         """
-        return self.tools.planner_worker.await_plans(now, longest)
+        return self.tools.planner_worker.await_results(now, longest)
 
     def pause(self, now: float) -> None:
         """Hold the mission's motion at a time in seconds; does nothing while it is held."""

@@ -91,7 +91,10 @@ class Runtime:
             return False
         if not p.perceiver.await_input(p.body.time, LONGEST_NAP):
             return False
-        return not self._navigates or p.navigator.await_plans(p.body.time, LONGEST_NAP)
+        if not self._navigates:
+            return True
+        drives = p.navigator.await_plans(p.body.time, LONGEST_NAP)
+        return drives and p.limbs.await_plans(p.body.time, LONGEST_NAP)
 
     def serve(self) -> None:
         """Apply commands and publish between two steps, as the next step would."""

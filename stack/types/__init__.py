@@ -4,7 +4,15 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
-from stack.types.arms import GripperCommand, GripperState, JointState, JointTrajectory, LinkJoint
+from stack.types.arms import (
+    Block,
+    GraspPlan,
+    GripperCommand,
+    GripperState,
+    JointState,
+    JointTrajectory,
+    LinkJoint,
+)
 from stack.types.camera import CameraModel, CameraState
 from stack.types.detections import (
     NO_OBJECTS,
@@ -101,6 +109,7 @@ from stack.types.world import (
 
 __all__ = [
     "GripperCommand",
+    "GraspPlan",
     "GripperState",
     "JointState",
     "JointTrajectory",
@@ -135,6 +144,7 @@ __all__ = [
     "LoopStatistics",
     "Assignments",
     "Battery",
+    "Block",
     "DepthImage",
     "DepthPoints",
     "NO_DEPTH",

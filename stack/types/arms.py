@@ -1,4 +1,4 @@
-"""Joints, arms and grippers: how links are joined, measured states, and what is commanded.
+"""Joints, arms, grippers and blocks: how links are joined, measured states, what is commanded.
 
 Joints stand in the order of the arm's description. A prismatic joint has metres instead of radians
 and newtons instead of newton metres.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stack.types.detections import ObjectColour
 from stack.types.geometry import FloatArray
 
 
@@ -102,3 +103,43 @@ class GripperCommand:
 
     width: float
     force: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GraspPlan:
+    """A way to grasp a block. Poses of the tool are (4, 4) in the arm's base link, metres.
+
+    Attributes:
+        name: as in "from above, fingers along y": axes of the block.
+        pre_grasp: (n,) positions of the joints in front of the block.
+        tool: at the grasp; the way to it is straight.
+        lift: after the lift; the way to it is straight.
+        width: of the block between the fingers, metres.
+    """
+
+    name: str
+    pre_grasp: FloatArray
+    tool: FloatArray
+    lift: FloatArray
+    width: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Block:
+    """A box of one colour that stands on something level.
+
+    Attributes:
+        colour: of its surface.
+        pose: (4, 4) of its centre in the arm's base link (of a robot without an arm: the base
+            frame), metres; x along the longer side, z away from what it stands on. Of a block whose
+            sides look equally long, x is within 45 degrees of that of the link.
+        size: (3,) along x, y and z, metres.
+        covariance: (4, 4) of x, y, z and yaw, metres and radians, in the same frame.
+        stamp: of the depth picture, seconds on the body's clock.
+    """
+
+    colour: ObjectColour
+    pose: FloatArray
+    size: FloatArray
+    covariance: FloatArray
+    stamp: float

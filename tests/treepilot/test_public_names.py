@@ -19,8 +19,8 @@ from treepilot.shadowing import PACKAGES
 ROOT = Path(__file__).parents[2]
 
 NAMES = """
-    Arm Assignments AsyncConnection Base Battery Behaviour Body BodyCommand BodyError BodyHealth
-    BodyKind BodySetup Box CancelToken Canvas CommandRefused Connection ContactZone
+    Arm Assignments AsyncConnection Base Battery Behaviour Block Body BodyCommand BodyError
+    BodyHealth BodyKind BodySetup Box CancelToken Canvas CommandRefused Connection ContactZone
     ControlState Controller CostGrid CostmapFrame CostmapLayer CoveragePlan
     DEFAULT_PLAN_OPTIONS DRIVE_FAILURES DepthImage Detection DriveState Estimator Event
     Expression FREE FREE_COST Failure FailureCode FloatArray FloorLines Footprint Frontier

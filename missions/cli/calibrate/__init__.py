@@ -1,1 +1,1 @@
-"""`treepilot calibrate`: cameras, odometry and the mounts of lidars."""
+"""`treepilot calibrate`: cameras, odometry and the mounts of lidars and cameras."""

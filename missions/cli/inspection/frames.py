@@ -11,7 +11,7 @@ def frames(
         str, typer.Argument(metavar="[RUN|ROBOT]", help="a run or a robot [default: newest run]")
     ] = "",
 ) -> None:
-    """Draw the frames of a robot or of a run.
+    """Draw the tree of frames of a robot or a run.
 
     Each frame has a line with its parent, how it moves, and who publishes it. Of a robot (its name
     or robot.yaml) these are the links of the URDF and the sensors. Of a recorded run (its folder,

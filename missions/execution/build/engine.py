@@ -12,6 +12,7 @@ from missions.execution.build.detour import detour_maker
 from missions.execution.build.driving import DrivingInput, driving_of, place_of
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import landmarks_of, map_of
+from missions.execution.fit.arms import boxes_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
@@ -21,14 +22,17 @@ from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, chosen_body, playing
 from stack.body import Body, Replay, SimulatedWorld
-from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.description import BASE, RobotDescription
 from stack.errors import BodyError, InputError
 from stack.frames.buffer import TransformBuffer
+from stack.frames.links import RobotLinks
 from stack.navigation.capabilities.arm import ArmStage
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters, Tunable
+from stack.navigation.plans.arm_plans import ArmPlans
 from stack.navigation.tasks import Emit
+from stack.perception.blocks import BlockDetector
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.coloured_objects import ColouredObjectDetector
@@ -51,7 +55,7 @@ from stack.telemetry.hub import Telemetry, discard
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog
-from stack.types import CurrentStep, OccupancyGrid, Perceived
+from stack.types import CurrentStep, FloatArray, OccupancyGrid, Perceived
 
 CAMERA_TIME = 1.0
 """How long a request for pictures keeps the camera on, s."""
@@ -138,7 +142,8 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
         plan,
         DrivingInput(perceiver, grid, maps, now, emit, log, holdups.sentence, body.is_real_time),
     )
-    limbs = ArmStage(plan.robot, now)
+    plans = ArmPlans(plan.robot, options.seed, log, is_real_time=body.is_real_time)
+    limbs = ArmStage(plan.robot, now, plans, tuple(boxes_of(plan.world).values()))
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     robot = StackRobot(
         driving.base, driving.localisation, driving.map,
@@ -225,7 +230,14 @@ def _perception(
         detector=perceiver.markers.detector,
         lines=FloorLineDetector(),
         coloured=coloured,
+        block_detector=BlockDetector(_arm_base(robot)),
     )
+
+
+def _arm_base(robot: RobotDescription) -> FloatArray:
+    """Return the pose (4, 4) of the arm's base link in the base frame; without an arm, its own."""
+    link = BASE if robot.arm is None else robot.arm.base_link
+    return RobotLinks(robot.links, BASE).pose(link, {})
 
 
 def _marker_detector(plan: PreparedMission) -> MarkerDetector | None:

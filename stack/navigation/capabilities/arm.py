@@ -5,9 +5,11 @@ A newer motion of the arm cancels the older one; the gripper moves by itself.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,14 +17,25 @@ from stack.drivetrain.arm_description import ArmDescription
 from stack.drivetrain.description import BASE, RobotDescription
 from stack.errors import ParameterError
 from stack.frames.links import RobotLinks
+from stack.frames.tree import inverse
+from stack.geometry.rotations import from_angles
 from stack.lifecycle import Timers
+from stack.manipulation.scene import SceneObject
+from stack.navigation.capabilities.gripper import GRIPPER, StackGripper
+from stack.navigation.capabilities.surroundings import Surroundings
+from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
+from stack.navigation.plans.deferred import Deferred
 from stack.navigation.tasks import MotionTask
-from stack.robot import Arm, Gripper
+from stack.parameters import suggestion
+from stack.robot import Arm
 from stack.types import (
     ArmView,
+    Block,
     CurrentStep,
+    Failure,
     FailureCode,
     FloatArray,
+    GraspPlan,
     GripperCommand,
     GripperState,
     JointState,
@@ -30,8 +43,8 @@ from stack.types import (
     Perceived,
 )
 
-JOINTS, GRIPPER = "joints", "gripper"
-"""Names of the measurements."""
+JOINTS = "joints"
+"""Name of the measurement."""
 
 ARRIVED = 0.01
 """Distance of each joint from its goal at which a motion is over, rad or m."""
@@ -41,12 +54,6 @@ AT_REST = 0.02
 
 PATIENCE = 2.0
 """Seconds after the planned end in which a motion may still arrive."""
-
-WIDTH_REACHED = 0.001
-"""Distance from the wanted width at which the fingers have arrived, m."""
-
-FINGERS_START = 0.15
-"""Seconds after which fingers that do not move have been stopped by something."""
 
 
 class ArmOrders(NamedTuple):
@@ -58,6 +65,22 @@ class ArmOrders(NamedTuple):
     stop_arm: bool = False
 
 
+@dataclass
+class _Planning:
+    """A task that waits for a plan; the job is submitted once the arm stands."""
+
+    task: MotionTask
+    job: Job[Any]
+    use: Callable[[Any], None]
+    answer: Deferred[Any] | None = None
+
+
+class PlannedGrasps(MotionTask):
+    """A search for grasps."""
+
+    grasps: tuple[GraspPlan, ...] = ()
+
+
 class StackArm(Arm):
     """Moves the arm, and answers from the newest measurement of its joints.
 
@@ -65,15 +88,22 @@ class StackArm(Arm):
         robot: with an arm.
         now: what the step has perceived.
         timers: stand still while the arm is held.
+        plans: of its motions.
+        boxes: known ones that it must not touch, map frame.
     """
 
-    def __init__(self, robot: RobotDescription, now: CurrentStep, timers: Timers) -> None:
+    def __init__(
+        self, robot: RobotDescription, now: CurrentStep, timers: Timers, plans: ArmPlans,
+        boxes: Sequence[SceneObject],
+    ) -> None:  # fmt: skip
         assert robot.arm is not None
         self._timer = timers.new()
         self.description: ArmDescription = robot.arm
         self._now, self._links = now, RobotLinks(robot.links, BASE)
+        self._plans, self._around = plans, Surroundings(boxes)
         self._new: JointTrajectory | None = None
         self._stops = False
+        self._planning: _Planning | None = None
         self._motion: tuple[MotionTask, JointTrajectory] | None = None
 
     @property
@@ -90,33 +120,143 @@ class StackArm(Arm):
 
     @property
     def tool_pose(self) -> FloatArray | None:
+        in_base = self.tool_in_base
+        if in_base is None:
+            return None
+        return inverse(self._base_from_link) @ in_base
+
+    @property
+    def tool_in_base(self) -> FloatArray | None:
+        """Measured pose (4, 4) of the tool in the base frame, metres."""
         joints = self.joints
         if joints is None:
             return None
         positions = dict(zip(self.joint_names, joints.positions.tolist(), strict=True))
         return self._links.pose(self.description.tool_link, positions)
 
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        return MappingProxyType(dict(self._around.blocks))
+
+    @property
+    def held(self) -> Block | None:
+        tool = self.tool_pose
+        return None if tool is None else self._around.held_at(tool)
+
+    def box(self, name: str) -> tuple[FloatArray, FloatArray]:
+        return self._around.box(name, self._link_from_map)
+
+    def see(self, blocks: Iterable[Block]) -> None:
+        self._around.see(blocks, self.tool_pose)
+
+    def hold(self, block: Block, width: float) -> None:
+        tool = self.tool_pose
+        assert tool is not None, "a grasp was measured"
+        self._around.hold(block, tool, width)
+
+    def release(self, *, lost: bool = False) -> None:
+        tool = self.tool_pose
+        if lost or tool is None:
+            self._around.lose()
+        else:
+            self._around.release(tool)
+
     def follow(self, trajectory: JointTrajectory) -> MotionTask:
         self._check(trajectory)
         self.cancel("a newer motion of the arm")
         task = MotionTask("move the arm", self._ended)
-        self._timer.start(self._now.perceived.time)
-        self._motion = task, trajectory
-        self._new, self._stops = trajectory, False
+        self._begin(task, trajectory)
+        return task
+
+    def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> MotionTask:
+        goal = np.array(positions, dtype=np.float64)
+        if goal.shape != (len(self.joint_names),):
+            wanted = f"expected {len(self.joint_names)} positions, got an array {goal.shape}"
+            raise ParameterError("positions", wanted)
+        return self._plan(MotionTask("move the arm", self._ended),
+                          partial(to_joints, goal=goal, speed=speed))  # fmt: skip
+
+    def move_to_posture(self, name: str, *, speed: float = 1.0) -> MotionTask:
+        if name not in self.postures:
+            hint = suggestion(name, self.postures)
+            raise ParameterError("posture", f"the arm has no posture {name!r}", hint)
+        return self.move_joints(self.postures[name], speed=speed)
+
+    def move_tool(
+        self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
+        speed: float = 1.0,
+    ) -> MotionTask:  # fmt: skip
+        names = (it if isinstance(it, str) else self._around.name_of(it) for it in touching)
+        job = partial(
+            to_pose, goal=pose.copy(), straight=straight, touching=tuple(names), speed=speed
+        )
+        return self._plan(MotionTask("move the tool", self._ended), job)
+
+    def plan_grasps(self, block: Block) -> PlannedGrasps:
+        task = PlannedGrasps("look for grasps", self._ended)
+
+        def keep(found: tuple[GraspPlan, ...]) -> None:
+            task.grasps = found
+            task.succeed(f"{len(found)} grasps")
+
+        self._plan(task, partial(to_grasp, block=self._around.name_of(block)), keep)
         return task
 
     def cancel(self, why: str = "cancelled") -> None:
         """Cancel the motion; the arm stops."""
         if self._motion is not None:
             self._motion[0].cancel(why)
+        if self._planning is not None:
+            self._planning.task.cancel(why)
 
-    def step(self, perceived: Perceived) -> tuple[JointTrajectory | None, bool]:
+    def step(self, perceived: Perceived, *, held: bool) -> tuple[JointTrajectory | None, bool]:
         """Follow the task; return a new trajectory, and whether the arm shall stop."""
+        if self._planning is not None and not held:
+            self._prepare(self._planning, perceived)
         new, self._new = self._new, None
         if new is None and self._motion is not None:
             self._watch(*self._motion, perceived)
         stops, self._stops = self._stops, False
         return new, stops
+
+    def _plan(
+        self, task: MotionTask, job: Job[Any], use: Callable[[Any], None] | None = None
+    ) -> MotionTask:
+        self.cancel("a newer motion of the arm")
+        self._planning = _Planning(task, job, use or partial(self._begin, task))
+        task.report("planning", 0.0)
+        return task
+
+    def _prepare(self, planning: _Planning, perceived: Perceived) -> None:
+        """Ask for the plan once the arm stands; use it when it is due."""
+        joints, now = perceived.newest(JOINTS, JointState), perceived.time
+        if planning.answer is None:
+            if joints is not None and np.abs(joints.velocities).max() < AT_REST:
+                scene = self._around.scene(self._link_from_map)
+                planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
+            return
+        answer = planning.answer.result(now)
+        if isinstance(answer, Failure):
+            planning.task.fail(answer.code, answer.sentence)
+        elif answer is not None:
+            self._planning = None
+            planning.use(answer)
+
+    def _begin(self, task: MotionTask, trajectory: JointTrajectory) -> None:
+        self._timer.start(self._now.perceived.time)
+        self._motion = task, trajectory
+        self._new, self._stops = trajectory, False
+
+    @property
+    def _base_from_link(self) -> FloatArray:
+        return self._links.pose(self.description.base_link, {})
+
+    @property
+    def _link_from_map(self) -> FloatArray:
+        """(4, 4) base link <- map."""
+        pose = self._now.perceived.estimate.pose
+        base = from_angles((pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading))
+        return inverse(base @ self._base_from_link)
 
     def _watch(self, task: MotionTask, trajectory: JointTrajectory, perceived: Perceived) -> None:
         joints = perceived.newest(JOINTS, JointState)
@@ -127,7 +267,7 @@ class StackArm(Arm):
         task.report(f"{left:.1f} s to go", 0.0)
         errors = np.abs(joints.positions - trajectory.positions[-1])
         if joints.problem:
-            task.fail(FailureCode.NO_PROGRESS, joints.problem)
+            task.fail(FailureCode.ARM_COLLISION, joints.problem)
         elif left == 0.0 and errors.max() < ARRIVED and np.abs(joints.velocities).max() < AT_REST:
             task.succeed("arrived")
         elif elapsed > trajectory.duration + PATIENCE:
@@ -136,7 +276,12 @@ class StackArm(Arm):
             task.fail(FailureCode.NO_PROGRESS, f"{name} is still {off:.3f} from its goal")
 
     def _ended(self, task: MotionTask) -> None:
-        self._motion, self._new, self._stops = None, None, True
+        if self._planning is not None:
+            if self._planning.answer is not None:
+                self._planning.answer.drop()
+            self._planning = None
+        if self._motion is not None:
+            self._motion, self._new, self._stops = None, None, True
 
     def _check(self, trajectory: JointTrajectory) -> None:
         """Raise ParameterError for a trajectory that the arm cannot follow."""
@@ -170,101 +315,41 @@ class StackArm(Arm):
                 )
 
 
-class StackGripper(Gripper):
-    """Moves the fingers, and answers from their newest measurement.
-
-    Args:
-        robot: with a gripper.
-        now: what the step has perceived.
-        timers: stand still while the robot is held.
-    """
-
-    def __init__(self, robot: RobotDescription, now: CurrentStep, timers: Timers) -> None:
-        self._timer = timers.new()
-        assert robot.arm is not None and robot.arm.gripper is not None
-        self._description, self._now = robot.arm.gripper, now
-        self._new: GripperCommand | None = None
-        self._motion: tuple[MotionTask, GripperCommand] | None = None
-
-    @property
-    def state(self) -> GripperState | None:
-        return self._now.perceived.newest(GRIPPER, GripperState)
-
-    @property
-    def width_max(self) -> float:
-        return self._description.width_max
-
-    def move(self, width: float, force: float | None = None) -> MotionTask:
-        force = self._description.force_max if force is None else force
-        if not 0.0 <= width <= self.width_max:
-            raise ParameterError("width", f"{width:g} m must be between 0 and {self.width_max:g}")
-        if not 0.0 < force <= self._description.force_max:
-            most = self._description.force_max
-            raise ParameterError("force", f"{force:g} N must be above 0 and at most {most:g}")
-        if self._motion is not None:
-            self._motion[0].cancel("a newer motion of the gripper")
-        task = MotionTask("move the gripper", self._ended)
-        self._timer.start(self._now.perceived.time)
-        self._new = GripperCommand(width, force)
-        self._motion = task, self._new
-        return task
-
-    def step(self, perceived: Perceived) -> GripperCommand | None:
-        """Follow the task; return a new command."""
-        new, self._new = self._new, None
-        if new is None and self._motion is not None:
-            self._watch(*self._motion, perceived)
-        return new
-
-    def _watch(self, task: MotionTask, wanted: GripperCommand, perceived: Perceived) -> None:
-        state = perceived.newest(GRIPPER, GripperState)
-        if state is None:
-            return
-        elapsed, off = self._timer.elapsed(perceived.time), state.width - wanted.width
-        limit = self.width_max / self._description.speed + PATIENCE
-        task.report(f"{1e3 * state.width:.0f} mm wide", 0.0)
-        if abs(off) < WIDTH_REACHED and not state.moving:
-            task.succeed(f"{1e3 * state.width:.0f} mm wide")
-        elif elapsed > FINGERS_START and not state.moving and off > 0.0 and state.force > 0.0:
-            task.succeed(f"holds something, {1e3 * state.width:.0f} mm wide")
-        elif elapsed > limit:
-            sentence = f"the fingers are {1e3 * abs(off):.0f} mm from the wanted width"
-            task.fail(FailureCode.NO_PROGRESS, sentence)
-
-    def _ended(self, task: MotionTask) -> None:
-        self._motion, self._new = None, None
-
-
 class ArmStage:
     """Moves arm and gripper in each step; of a robot without them, nothing.
 
     Args:
         robot: with or without an arm.
         now: what the step has perceived.
+        plans: of the arm.
+        boxes: known ones that the arm must not touch, map frame.
 
     Attributes:
         arm: None without one.
         gripper: None without one.
     """
 
-    def __init__(self, robot: RobotDescription, now: CurrentStep) -> None:
-        self._timers = Timers()
+    def __init__(
+        self, robot: RobotDescription, now: CurrentStep, plans: ArmPlans,
+        boxes: Sequence[SceneObject] = (),
+    ) -> None:  # fmt: skip
+        self._timers, self._plans = Timers(), plans
         has_gripper = robot.arm is not None and robot.arm.gripper is not None
-        self.arm = None if robot.arm is None else StackArm(robot, now, self._timers)
+        self.arm = None if robot.arm is None else StackArm(robot, now, self._timers, plans, boxes)
         self.gripper = StackGripper(robot, now, self._timers) if has_gripper else None
 
     def step(self, perceived: Perceived, *, held: bool) -> ArmOrders:
         """Return what the body is told in this step; while held, motions stand on their way."""
         if self.arm is None:
             return ArmOrders()
-        trajectory, stops = self.arm.step(perceived)
+        trajectory, stops = self.arm.step(perceived, held=held)
         gripper = None if self.gripper is None else self.gripper.step(perceived)
         return ArmOrders(trajectory, gripper, held, stops)
 
     def view(self, perceived: Perceived) -> ArmView | None:
         """Return what displays show of the arm; None without one, or before its first joints."""
         joints = perceived.newest(JOINTS, JointState)
-        tool = None if self.arm is None else self.arm.tool_pose
+        tool = None if self.arm is None else self.arm.tool_in_base
         if self.arm is None or joints is None or tool is None:
             return None
         limits, gripper = self.arm.description.limits, perceived.newest(GRIPPER, GripperState)
@@ -293,3 +378,11 @@ class ArmStage:
         """End the motion of the arm."""
         if self.arm is not None:
             self.arm.cancel("emergency stop")
+
+    def await_plans(self, now: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds for a plan that is due; whether none is late."""
+        return self._plans.await_results(now, longest)
+
+    def close(self) -> None:
+        """Stop planning."""
+        self._plans.close()

@@ -10,6 +10,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import suggestion
+from stack.perception.blocks import BlockDetector
 from stack.perception.camera_lease import CameraLease
 from stack.perception.coloured_objects import ColouredObjectDetector
 from stack.perception.depth.cloud import point_cloud
@@ -19,6 +20,7 @@ from stack.perception.objects.detection import ObjectDetection
 from stack.perception.places.memory import PlaceMemory
 from stack.robot import Perception
 from stack.types import (
+    Block,
     ColourMask,
     CurrentStep,
     DepthImage,
@@ -40,6 +42,8 @@ from stack.types import (
 SHOWN_FOR = 2.0
 """Seconds for which displays show what a search for a colour has found."""
 
+SAME_TIME = 0.25
+"""Seconds between two pictures in which nothing is taken to have moved."""
 
 M = TypeVar("M", bound=Measurement)
 
@@ -60,6 +64,7 @@ class StackPerception(Perception):
         detector: of markers; None when the robot has no camera.
         lines: on the floor.
         coloured: objects of a colour.
+        block_detector: of blocks for an arm.
     """
 
     robot: RobotDescription
@@ -73,6 +78,7 @@ class StackPerception(Perception):
     detector: MarkerDetector | None
     lines: FloorLineDetector
     coloured: ColouredObjectDetector
+    block_detector: BlockDetector
 
     @property
     def _perceived(self) -> Perceived:
@@ -102,22 +108,28 @@ class StackPerception(Perception):
     def point_cloud(
         self, camera: str = "", *, voxel: float = 0.05, above: float | None = None
     ) -> PointCloud | None:
-        known = self.robot.depth_cameras
-        name = camera or next(iter(known), "")
-        if name not in known:
-            if not known:
-                raise ParameterError("camera", "the robot has no depth camera")
-            raise ParameterError(
-                "camera", f"unknown depth camera {name!r}", suggestion(name, known)
-            )
+        name = self._depth_camera(camera)
         if not voxel > 0.0:
             raise ParameterError("voxel", f"expected more than 0 m, got {voxel:g}", "e.g. 0.05")
+        image = self._depth_image(name)
+        return None if image is None else point_cloud(image, voxel=voxel, above=above)
+
+    def _depth_camera(self, camera: str) -> str:
+        """Return the name of a depth camera, or of the first one without a name."""
+        known = self.robot.depth_cameras
+        name = camera or next(iter(known), "")
+        if name in known:
+            return name
+        if not known:
+            raise ParameterError("camera", "the robot has no depth camera")
+        raise ParameterError("camera", f"unknown depth camera {name!r}", suggestion(name, known))
+
+    def _depth_image(self, name: str) -> DepthImage | None:
+        """Return the newest picture of a depth camera since it was switched on; keeps it on."""
         lease = self.depth_camera
         lease.renew(self._perceived.time)
         image = self._perceived.newest(name, DepthImage)
-        if image is None or not lease.covers(image.stamp):
-            return None
-        return point_cloud(image, voxel=voxel, above=above)
+        return image if image is not None and lease.covers(image.stamp) else None
 
     def newest(self, name: str, kind: type[M]) -> M | None:
         return self._perceived.newest(name, kind)
@@ -151,6 +163,15 @@ class StackPerception(Perception):
         ranges = self._perceived.motion.pose.transform(self._perceived.obstacles.points)
         ranges = frames.pose_at("odom", image.stamp).inverse().transform(ranges)
         return self.coloured.detect(image, colour, frames.pose_at("map", image.stamp), ranges)
+
+    def blocks(self, camera: str = "") -> tuple[Block, ...] | None:
+        name = self._depth_camera(camera)
+        if self.robot.camera is None:
+            raise ParameterError("", "the robot has no colour camera, which tells blocks apart")
+        image, depth = self.image(), self._depth_image(name)
+        if image is None or depth is None or abs(image.stamp - depth.stamp) > SAME_TIME:
+            return None
+        return self.block_detector.detect(image, depth)
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         found = self.objects.detections(self._perceived.time)

@@ -8,8 +8,9 @@ from typing import Protocol, TypeVar
 
 from stack.body import Body, Replay
 from stack.errors import ParameterError
-from stack.navigation.capabilities.arm import ArmStage, StackArm, StackGripper
+from stack.navigation.capabilities.arm import ArmStage, StackArm
 from stack.navigation.capabilities.base import StackBase
+from stack.navigation.capabilities.gripper import StackGripper
 from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.tasks import Emit

@@ -1,7 +1,5 @@
-"""Planning outside the control loop: one worker thread, results at a fixed latency.
+"""Plans of drives outside the control loop, used at a fixed latency.
 
-A plan requested at time t is used at t + latency on the robot's clock, however long it took to
-compute: the loop waits for a late plan. A simulated run is therefore the same on every machine.
 A cancelled search stops within a fraction of a millisecond, so that the next one starts without
 delay; its progress does not affect any result.
 """
@@ -9,17 +7,15 @@ delay; its progress does not affect any result.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from stack.components import CancelToken, Planner, PlanOptions
-from stack.errors import NavigationError, WorkerError, exception_sentence, traceback_text
-from stack.patience import Patience
-from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
-from stack.worker_thread import WorkerThread
+from stack.navigation.plans.deferred import Deferral, Deferred, DeferringWorker
+from stack.types import CostGrid, FloatArray, Path, Pose2D
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,67 +49,31 @@ class PlanRequest:
     current: Path | None = None
 
 
-class PlanFuture:
-    """Handle of a requested plan."""
+class PlanFuture(Deferred[Plan]):
+    """Handle of a requested plan.
 
-    def __init__(  # noqa: PLR0913 - called once
-        self,
-        request: PlanRequest,
-        worker: WorkerThread,
-        future: Future[Plan],
-        cancel: CancelToken,
-        due: float,
-        wait: bool,
-        log: Callable[[str], None],
-    ) -> None:
-        self.request, self._log, self._worker = request, log, worker
-        self._future, self._cancel, self._due, self._wait = future, cancel, due, wait
-        self._dropped = False
+    Args:
+        request: of the plan.
+        job: that plans.
+        cancel: stops the search.
+        due: time from which the plan is used, seconds on the robot's clock.
+        deferral: how it is waited for.
+    """
 
-    @property
-    def over(self) -> bool:
-        """Whether the search has ended."""
-        return self._future.done()
-
-    def is_late(self, time: float) -> bool:
-        """Whether `result` would wait at this time, robot's clock."""
-        waits = self._wait and not self._dropped and not self._future.done()
-        return waits and time >= self._due - 1e-9
+    def __init__(
+        self, request: PlanRequest, job: Future[Plan], cancel: CancelToken, due: float,
+        deferral: Deferral,
+    ) -> None:  # fmt: skip
+        super().__init__(job, due, deferral)
+        self.request, self._cancel = request, cancel
 
     def drop(self) -> None:
         """Cancel the plan; a search that has started stops."""
-        self._dropped = True
         self._cancel.request()
-        self._future.cancel()
-
-    def join(self, longest: float) -> bool:
-        """Wait at most `longest` wall seconds; return whether `result` returns at once."""
-        return self._worker.await_job(self._future, longest)
-
-    def result(self, time: float) -> Plan | Failure | None:
-        """Return the plan or the failure; None before it is due."""
-        if time < self._due - 1e-9:
-            return None
-        try:
-            if not (self._wait or self._future.done()):
-                if Patience.is_over(self._due, time):
-                    raise self._worker.silence
-                return None
-            return self._worker.result(self._future)
-        except CancelledError:
-            return Failure(FailureCode.CANCELLED, "the plan was cancelled")
-        except NavigationError as error:
-            return error.failure
-        except WorkerError as error:
-            self.drop()
-            return Failure(FailureCode.EXCEPTION, str(error))
-        except Exception as error:  # a planner may be a plugin
-            what = "the planner raised an exception"
-            self._log(traceback_text(what, error))
-            return Failure(FailureCode.EXCEPTION, f"{what}: {exception_sentence(error)}")
+        super().drop()
 
 
-class PlannerWorker:
+class PlannerWorker(DeferringWorker):
     """Plans requests one at a time in its own thread.
 
     Attributes:
@@ -124,9 +84,8 @@ class PlannerWorker:
         self, planner: Planner, log: Callable[[str], None] = lambda _: None, *,
         is_real_time: bool = False,
     ) -> None:  # fmt: skip
-        self.planner, self._log, self._waits = planner, log, not is_real_time
-        self._worker = WorkerThread("the planner")
-        self._open: list[PlanFuture] = []
+        super().__init__("the planner", log, is_real_time=is_real_time)
+        self.planner = planner
 
     def ask(
         self, request: PlanRequest, due: float, *, over: Callable[[], None] = lambda: None
@@ -139,36 +98,13 @@ class PlannerWorker:
             over: called once nobody reads the request's costs any more, from any thread.
         """
         cancel = CancelToken()
-        future = self._worker.submit(partial(plan_through, self.planner, request, cancel))
-        future.add_done_callback(lambda _: over())
-        queued = PlanFuture(request, self._worker, future, cancel, due, self._waits, self._log)
-        self._open = [item for item in self._open if not item.over] + [queued]
-        return queued
+        job = self.deferral.worker.submit(partial(plan_through, self.planner, request, cancel))
+        job.add_done_callback(lambda _: over())
+        return self.keep(PlanFuture(request, job, cancel, due, self.deferral))
 
     def use(self, planner: Planner) -> None:
         """Plan with another planner from now on."""
         self.planner = planner
-
-    def await_plans(self, time: float, longest: float) -> bool:
-        """Wait at most `longest` wall seconds for plans that are due.
-
-        Args:
-            time: robot's clock, seconds.
-            longest: wall seconds.
-
-        Returns:
-            Whether there is no late plan: `PlanFuture.result` returns at once.
-        """
-        late = [queued for queued in self._open if queued.is_late(time)]
-        if late:
-            late[0].join(longest)
-        return all(queued.join(0.0) for queued in late)
-
-    def close(self) -> None:
-        """Cancel all requests and stop the worker."""
-        for queued in self._open:
-            queued.drop()
-        self._worker.close()
 
 
 def plan_through(planner: Planner, request: PlanRequest, cancel: CancelToken | None = None) -> Plan:

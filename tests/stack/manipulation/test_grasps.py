@@ -118,7 +118,7 @@ def test_what_cannot_be_grasped():
     lid = SceneObject("lid", Box((0.4, 0.4, 0.02)), from_angles((0.5, 0.1, 0.08), (0, 0, 0)))
     with pytest.raises(NavigationError, match=r"blocked \(panda_\w+ touches lid\)") as caught:
         found(block((0.04, 0.04, 0.04)), lid)
-    assert caught.value.failure.code == FailureCode.NO_VALID_PATH
+    assert caught.value.failure.code == FailureCode.NO_MOTION_PLAN
 
 
 def test_what_is_no_block():

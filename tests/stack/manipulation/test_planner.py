@@ -64,7 +64,7 @@ def test_a_goal_that_touches_is_left_for_another():
     [
         (posed(0, 0.6, 0, -0.3, 0, 0, 0), LEFT, FailureCode.START_OCCUPIED, "wall"),
         (LEFT, posed(0, 0.6, 0, -0.3, 0, 0, 0), FailureCode.GOAL_OCCUPIED, "wall"),
-        (LEFT, posed(3.0, 0, 0, 0, 0, 0, 0), FailureCode.OUT_OF_RANGE, "panda_joint1 would be"),
+        (LEFT, posed(3.0, 0, 0, 0, 0, 0, 0), FailureCode.UNREACHABLE, "panda_joint1 would be"),
     ],
 )
 def test_refusals_name_what_is_wrong(start, goal, code, words):
@@ -77,7 +77,7 @@ def test_nothing_found_says_how_long_it_was_searched():
     walls = Scene((TABLE, WALL))
     with pytest.raises(NavigationError, match="with 1 samples") as caught:
         PLANNER.plan(RIGHT, [LEFT], walls, generator(), iterations=1)
-    assert caught.value.failure.code == FailureCode.NO_VALID_PATH
+    assert caught.value.failure.code == FailureCode.NO_MOTION_PLAN
 
 
 def test_a_start_close_to_an_object_is_left_with_less_clearance():

@@ -14,6 +14,8 @@ from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters
+from stack.navigation.plans.arm_plans import ArmPlans
+from stack.perception.blocks import BlockDetector
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
@@ -136,10 +138,12 @@ class Rig:
             robot=world.robot, now=toy.now, frames=world.frames, estimator=self.estimator,
             camera=self.camera, depth_camera=CameraLease(), objects=None, places=None,
             detector=self.detector, lines=None, coloured=None,
+            block_detector=BlockDetector(np.eye(4)),
         )  # fmt: skip
+        plans = ArmPlans(world.robot, 0, print, is_real_time=False)
         self.robot = StackRobot(
             self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
-            toy.emit, ArmStage(world.robot, toy.now),
+            toy.emit, ArmStage(world.robot, toy.now, plans),
         )  # fmt: skip
 
     def step(self, image=None):

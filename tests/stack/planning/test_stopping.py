@@ -148,7 +148,7 @@ def test_a_planner_that_hangs_fails_its_plans_and_does_not_hold_the_end(monkeypa
     request = PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),))
     for _ in range(2):
         ticket = worker.ask(request, 0.0)
-        while not worker.await_plans(time, 0.01):
+        while not worker.await_results(time, 0.01):
             pass
         failure = ticket.result(time)
         assert failure.code is FailureCode.EXCEPTION

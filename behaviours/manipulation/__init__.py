@@ -1,0 +1,1 @@
+"""Moving an arm and its gripper; finding, picking and placing blocks."""

@@ -1,0 +1,107 @@
+"""Picking a block up."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from behaviours._arm.acting import MOTION_FAILURES, ArmBehaviour
+from behaviours._arm.blocks import KnownBlock, is_on, nearest_first
+from behaviours._motion.driving import Steps
+from behaviours.base import output, port
+from stack.types import OBJECT_COLOURS, Block, FailureCode, GraspPlan
+
+CANDIDATES = 3
+"""Grasps that are tried."""
+
+
+class Pick(ArmBehaviour):
+    """Grasp a block and lift it.
+
+    It takes the nearest block of the colour that `detect_blocks` has found, or one at a known
+    place. The fingers open, the arm moves in front of the block, approaches in a straight line,
+    grasps and lifts it. A grasp without a free way is replaced by the next one, and a block without
+    a grasp by the next block. Fails with OBJECT_NOT_FOUND if no such block was detected,
+    NO_MOTION_PLAN if no block can be grasped, MISSED if the fingers close on nothing, and SLIPPED
+    if the block is lost in the lift: detect the blocks again.
+    """
+
+    colour: str | None = port("of the block; default: any", default=None, one_of=OBJECT_COLOURS)
+    at: KnownBlock | None = port("instead: a block at a known place", default=None)
+    spare: list[str] = port("boxes of the world whose blocks are left alone", default=[])
+    force: float | None = port(
+        "with which the fingers press; default: the largest", unit="N", default=None, above=0.0
+    )
+    picked: str = output("colour of the block")
+    width: float = output("of the block between the fingers", unit="m")
+
+    needs = ("arm", "gripper")
+    takes_time = True
+    box_ports = ("spare",)
+    fails_with = (
+        *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
+    )  # fmt: skip
+
+    def initialise(self) -> None:
+        self._steps = self._pick()
+
+    def update(self) -> Status:
+        return self.advance(self._steps)
+
+    def _pick(self) -> Steps:
+        blocks = self._blocks()
+        if not blocks:
+            wanted = f"{self.colour} block" if self.colour else "block"
+            self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {wanted} was detected")
+            return False
+        for block in blocks:
+            if (yield from self._pick_block(block)):
+                self.picked = block.colour
+                return True
+            if not self.is_unplanned:
+                return False
+        return False
+
+    def _pick_block(self, block: Block) -> Steps:
+        search = self.robot.arm.plan_grasps(block)
+        if not (yield from self.done(search, f"looking for a grasp of the {block.colour} block")):
+            return False
+        for grasp in search.grasps[:CANDIDATES]:
+            if (yield from self._grasp(block, grasp)):
+                return (yield from self._lift(block, grasp))
+            if not self.is_unplanned:
+                return False
+        return False
+
+    def _grasp(self, block: Block, grasp: GraspPlan) -> Steps:
+        arm = self.robot.arm
+        return (
+            (yield from self.open())
+            and (yield from self.done(arm.move_joints(grasp.pre_grasp), grasp.name))
+            and (yield from self.line(grasp.tool, "approaching", (block,)))
+            and (yield from self.close(self.force))
+        )
+
+    def _lift(self, block: Block, grasp: GraspPlan) -> Steps:
+        state = self.robot.gripper.state
+        assert state is not None, "the fingers hold something"
+        self.width = state.width
+        self.robot.arm.hold(block, state.width)
+        if not (yield from self.line(grasp.lift, "lifting")):
+            return False
+        if not self.holds_something:
+            self.robot.arm.release(lost=True)
+            self.fail(FailureCode.SLIPPED, f"the {block.colour} block slipped in the lift")
+            return False
+        self.feedback_message = f"holds the {block.colour} block"
+        return True
+
+    def _blocks(self) -> list[Block]:
+        if self.at is not None:
+            return [self.at.block(self.robot.time)]
+        arm = self.robot.arm
+        spared = [arm.box(name) for name in self.spare]
+        return nearest_first(
+            block
+            for block in arm.blocks.values()
+            if self.colour in (None, block.colour) and not any(is_on(block, it) for it in spared)
+        )

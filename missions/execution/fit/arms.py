@@ -1,0 +1,81 @@
+"""What the behaviours of arms name: postures of the robot, boxes of the world, goals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from missions.execution.fit.steps import every_leaf
+from missions.language.analysis.claims import mark_of
+from missions.language.kinds.leaf import LeafStep
+from missions.language.model import Mission
+from missions.language.values import Constant
+from stack.documents import Finding
+from stack.drivetrain.arm_description import ArmDescription
+from stack.drivetrain.description import RobotDescription
+from stack.geometry.rotations import from_angles
+from stack.manipulation.scene import Box, SceneObject
+from stack.optional_packages import MISSING_PACKAGE, PINOCCHIO
+from stack.parameters import suggestion
+from stack.sim.worlds.world import World
+
+VALUE = "E132"
+"""The code of a value of a port."""
+
+
+def boxes_of(world: World) -> Mapping[str, SceneObject]:
+    """Return the boxes of a world by name, map frame; those of one name get numbers."""
+    found: dict[str, SceneObject] = {}
+    for box in world.boxes:
+        name = first = box.name or "a box"
+        number = 1
+        while name in found:
+            number += 1
+            name = f"{first} {number}"
+        at, height = box.pose, box.elevation + box.size[2] / 2.0
+        pose = from_angles((at.x, at.y, height), (0.0, 0.0, at.heading))
+        found[name] = SceneObject(name, Box(box.size), pose)
+    return found
+
+
+def arm_findings(mission: Mission, robot: RobotDescription, world: World) -> Iterator[Finding]:
+    """Yield errors of behaviours that name what robot or world do not have."""
+    boxes = boxes_of(world)
+    for step in every_leaf(mission):
+        yield from _goals(step)
+        if robot.arm is not None:
+            yield from _postures(step, robot.arm, robot.name)
+        yield from _boxes(step, boxes, world.name)
+        if "arm" in step.behaviour.needs and not PINOCCHIO.is_installed:
+            sentence = f"{step.kind} needs {PINOCCHIO.absence}"
+            yield Finding(step.mark, MISSING_PACKAGE, sentence, PINOCCHIO.hint)
+
+
+def _goals(step: LeafStep) -> Iterator[Finding]:
+    """Yield an error unless exactly one of the ports that exclude each other is given."""
+    ports = step.behaviour.one_port_of
+    given = [port for port in ports if port in step.ports]
+    if ports and len(given) != 1:
+        sentence = f"{step.kind} needs exactly one of {', '.join(ports)}; it has {len(given)}"
+        hint = f"write for example `{step.kind}: {{{ports[0]}: …}}`"
+        yield Finding(step.mark, VALUE, sentence, hint)
+
+
+def _postures(step: LeafStep, arm: ArmDescription, robot: str) -> Iterator[Finding]:
+    value = step.ports.get(step.behaviour.posture_port)
+    if isinstance(value, Constant) and value.value not in arm.postures:
+        sentence = f"{step.behaviour.posture_port}: {robot} has no posture {value.value!r}"
+        hint = suggestion(str(value.value), arm.postures)
+        yield Finding(mark_of(value, step.mark), VALUE, sentence, hint)
+
+
+def _boxes(step: LeafStep, boxes: Mapping[str, SceneObject], world: str) -> Iterator[Finding]:
+    for port in step.behaviour.box_ports:
+        value = step.ports.get(port)
+        if not isinstance(value, Constant) or value.value is None:
+            continue
+        names = value.value if isinstance(value.value, list | tuple) else [value.value]
+        for name in names:
+            if name not in boxes:
+                sentence = f"{port}: the world {world} has no box {name!r}"
+                hint = suggestion(str(name), boxes)
+                yield Finding(mark_of(value, step.mark), VALUE, sentence, hint)

@@ -1,0 +1,134 @@
+"""What an arm must not touch: known boxes, blocks that were seen, the block in the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stack.errors import ParameterError
+from stack.frames.tree import inverse
+from stack.manipulation.scene import Box, Scene, SceneObject
+from stack.parameters import suggestion
+from stack.types import Block, FloatArray
+
+SAME = 0.02
+"""Metres between two places of a block that was seen twice."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """A block in the hand: its pose (4, 4) in the frame of the tool, and its width, metres."""
+
+    name: str
+    block: Block
+    in_tool: FloatArray
+    width: float
+
+
+class Surroundings:
+    """Boxes around an arm by name. Poses of blocks are in the arm's base link.
+
+    Args:
+        boxes: that are known, map frame.
+    """
+
+    def __init__(self, boxes: Sequence[SceneObject]) -> None:
+        self._boxes = {item.name: item for item in boxes}
+        self._blocks: dict[str, Block] = {}
+        self.held: Held | None = None
+
+    def see(self, blocks: Iterable[Block], tool: FloatArray | None) -> None:
+        """Replace the blocks by those that were seen; that in the hand is not among them.
+
+        Args:
+            blocks: all that are there.
+            tool: (4, 4) of the tool, base link.
+        """
+        self._blocks = {}
+        for block in blocks:
+            if self.held is not None and tool is not None:
+                carried = tool @ self.held.in_tool
+                if _distance(carried, block.pose) < float(np.linalg.norm(block.size)):
+                    continue
+            self._blocks[self._new_name(block)] = block
+
+    def name_of(self, block: Block) -> str:
+        """Return the name of a block; one that was not seen before is added."""
+        for name, known in self._blocks.items():
+            if _distance(known.pose, block.pose) < SAME:
+                return name
+        name = self._new_name(block)
+        self._blocks[name] = block
+        return name
+
+    def hold(self, block: Block, tool: FloatArray, width: float) -> None:
+        """The hand has grasped a block, with the tool (4, 4) in the base link."""
+        name = self.name_of(block)
+        self._blocks.pop(name)
+        self.held = Held(name, block, inverse(tool) @ block.pose, width)
+
+    def held_at(self, tool: FloatArray) -> Block | None:
+        """Return the block in the hand where it is with the tool at a pose (4, 4)."""
+        held = self.held
+        return None if held is None else replace(held.block, pose=tool @ held.in_tool)
+
+    def release(self, tool: FloatArray) -> None:
+        """The hand has left its block where the tool (4, 4) holds it; without one, do nothing."""
+        block = self.held_at(tool)
+        if self.held is not None and block is not None:
+            self._blocks[self.held.name], self.held = block, None
+
+    def lose(self) -> None:
+        """The block in the hand is not there any more."""
+        self.held = None
+
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        """The blocks by name, without that in the hand."""
+        return self._blocks
+
+    def box(self, name: str, link_from_map: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return pose (4, 4) in the base link and size (3,) of a known box.
+
+        Raises:
+            ParameterError: there is none.
+        """
+        if name not in self._boxes:
+            hint = suggestion(name, self._boxes)
+            raise ParameterError("", f"no box of the world is called {name!r}", hint)
+        item = self._boxes[name]
+        assert isinstance(item.shape, Box)
+        return link_from_map @ item.pose, np.array(item.shape.size)
+
+    def scene(self, link_from_map: FloatArray) -> Scene:
+        """Return all of it.
+
+        Args:
+            link_from_map: (4, 4) base link <- map.
+        """
+        boxes = (replace(it, pose=link_from_map @ it.pose) for it in self._boxes.values())
+        blocks = (_object(name, block, block.pose) for name, block in self._blocks.items())
+        scene = Scene((*boxes, *blocks))
+        if self.held is None:
+            return scene
+        held = _object(self.held.name, self.held.block, self.held.in_tool)
+        return replace(scene, held=held, width=self.held.width)
+
+    def _new_name(self, block: Block) -> str:
+        name, number = f"{block.colour} block", 1
+        taken = {*self._blocks, *self._boxes, *({self.held.name} if self.held else ())}
+        while name in taken:
+            number += 1
+            name = f"{block.colour} block {number}"
+        return name
+
+
+def _distance(one: FloatArray, other: FloatArray) -> float:
+    return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
+
+
+def _object(name: str, block: Block, pose: FloatArray) -> SceneObject:
+    length, width, height = block.size.tolist()
+    return SceneObject(name, Box((length, width, height)), pose)

@@ -1,0 +1,138 @@
+"""Missions in which an arm plans its motions, picks and places: the whole line, in simulation."""
+
+import numpy as np
+import pytest
+
+import treepilot
+from missions.execution.prepare import RunOptions, diagnose
+from stack import optional_packages
+from stack.telemetry.records import MissionState
+from stack.types import JointState
+from tests.missions.execution.live_run import LiveRun
+
+HEAD = "mission: arm\nrobot: panda_table\nworld: bench_top\n"
+RED = "{x: 50 cm, y: -10 cm, z: 25 mm}"
+"""Of the world file: at [0.50, -0.10], 5 cm high, on a table at the height of the arm's mount."""
+
+
+@pytest.fixture
+def live(tmp_path):
+    made = []
+
+    def start(text):
+        made.append(LiveRun(tmp_path, text, head=HEAD))
+        return made[-1]
+
+    yield start
+    for run in made:
+        run.close()
+
+
+def ended(run):
+    run.until("mission_ended", within=2000)
+    return run.runtime.state is MissionState.SUCCESS, run.runtime.reason
+
+
+def joints(run):
+    return run.runtime.perceived.newest("joints", JointState)
+
+
+def test_a_block_is_picked_and_placed(live):
+    run = live(f"run: {{sequence: [pick: {{at: {RED}}}, place: {{on: the tray}}]}}\n")
+    assert ended(run) == (True, "")
+    red, green, _ = run.engine.simulation.blocks
+    # The middle of the tray, whose top is 2 cm above the bench of 60 cm; half a block on it.
+    assert red.position == pytest.approx((0.55, 0.40, 0.645), abs=3e-3)
+    assert green.position[:2] == pytest.approx((0.60, 0.12), abs=1e-3)
+    assert run.snapshot.counters["collisions"] == 0
+    [known] = run.runtime.parts.robot.arm.blocks.values()
+    assert known.pose[:3, 3] == pytest.approx((0.55, 0.40, 0.045), abs=8e-3)
+
+
+@pytest.mark.parametrize(
+    ("leaf", "reason"),
+    [
+        ("pick: {at: {x: 45 cm, y: 5 cm, z: 25 mm}}", "MISSED the fingers closed on nothing"),
+        ("move_arm: {pose: {x: 2 m, z: 20 cm}}", "UNREACHABLE the arm cannot reach (2.000, 0.000"),
+        ("move_arm: {pose: {x: 50 cm, z: -1 cm}}", "GOAL_OCCUPIED at the goal: panda_"),
+        ("place: {on: the tray}", "MISSED the hand holds no block"),
+        ("move_arm: {joints: [0, 0]}", "expected 7 positions, got an array (2,)"),
+    ],
+)
+def test_what_fails_says_why(live, leaf, reason):
+    done, found = ended(live(f"run: {{{leaf}}}\n"))
+    assert not done and reason in found
+
+
+@pytest.mark.parametrize(
+    ("leaf", "sentence", "hint"),
+    [
+        ("move_arm: {posture: hom}", "posture: panda_table has no posture 'hom'", "'home'"),
+        ("place: {on: a tray}", "on: the world bench_top has no box 'a tray'", "'the tray'"),
+        ("pick: {spare: [tray]}", "spare: the world bench_top has no box 'tray'", "'the tray'"),
+        ("place: {}", "place needs exactly one of on, block, pose; it has 0", "place: {on: …}"),
+        (
+            "move_arm: {posture: home, joints: [0]}",
+            "move_arm needs exactly one of posture, joints, pose; it has 2", "",
+        ),
+    ],
+)  # fmt: skip
+def test_names_and_goals_are_checked_before_anything_moves(tmp_path, leaf, sentence, hint):
+    file = tmp_path / "m.yaml"
+    file.write_text(f"{HEAD}run: {{{leaf}}}\n")
+    [found] = diagnose(file, RunOptions()).findings
+    assert (found.code, found.sentence) == ("E132", sentence)
+    assert hint in found.hint
+
+
+def test_an_arm_without_its_packages_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(optional_packages.Package, "is_installed", property(lambda _: False))
+    file = tmp_path / "m.yaml"
+    file.write_text(f"{HEAD}run: {{home_arm: {{}}}}\n")
+    sentences = [item.sentence for item in diagnose(file, RunOptions()).findings]
+    wanted = "home_arm needs the Python package pinocchio, which is not installed"
+    assert wanted in sentences
+
+
+def test_a_plan_is_used_half_a_second_after_it_was_asked_for(live):
+    run = live("run: {move_arm: {posture: folded}}\n")
+    run.steps(2)
+    still, begun = joints(run).positions, run.engine.body.time
+    while np.abs(joints(run).positions - still).max() < 1e-3:
+        run.steps(1)
+        assert run.engine.body.time < begun + 2.0
+    # LATENCY of stack/navigation/plans/arm_plans.py, a step of 0.05 s, and the start of the motion
+    assert 0.4 < run.engine.body.time - begun < 0.9
+
+
+def test_a_pause_while_planning_keeps_the_arm_where_it_is(live):
+    run = live("run: {move_arm: {posture: folded}}\n")
+    run.steps(3)
+    assert run.order("pause").done
+    run.steps(40)
+    home = run.engine.runtime.parts.robot.arm.postures["home"]
+    assert joints(run).positions == pytest.approx(home, abs=1e-3)
+    assert run.order("resume").done
+    assert ended(run) == (True, "")
+    folded = run.engine.runtime.parts.robot.arm.postures["folded"]
+    assert joints(run).positions == pytest.approx(folded, abs=1e-2)
+
+
+def test_an_emergency_stop_while_planning_ends_the_motion(live):
+    run = live("run: {move_arm: {posture: folded}}\n")
+    run.steps(3)
+    assert run.order("estop").done and run.order("release").done and run.order("resume").done
+    done, reason = ended(run)
+    assert not done and "CANCELLED" in reason
+    home = run.engine.runtime.parts.robot.arm.postures["home"]
+    assert joints(run).positions == pytest.approx(home, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_a_run_is_repeated_bit_for_bit(tmp_path):
+    file = tmp_path / "m.yaml"
+    file.write_text(HEAD + "run: {sequence: [move_arm: {posture: folded}, detect_blocks: {}, "
+                    "move_arm: {pose: {x: 50 cm, y: 30 cm, z: 30 cm}}]}\n")  # fmt: skip
+    reports = [treepilot.run(file, seed=3) for _ in range(2)]
+    assert [report.status for report in reports] == ["success", "success"]
+    assert reports[0].log_sha256 == reports[1].log_sha256
