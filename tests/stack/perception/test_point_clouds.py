@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stack.errors import ParameterError
-from stack.types import Perceived
+from stack.types import Image, Perceived
 from tests.stack.navigation.test_capabilities import Rig
 from tests.stack.perception.cameras.pictures import SCOUT, floor_picture
 
@@ -44,3 +44,23 @@ def test_wrong_arguments_are_refused(rig):
         perception.point_cloud("dept")
     with pytest.raises(ParameterError, match="expected more than 0 m, got 0"):
         perception.point_cloud(voxel=0.0)
+
+
+def test_blocks_need_a_pair_of_pictures_of_one_time(rig):
+    perception = with_depth_camera(rig)
+    with pytest.raises(ParameterError, match="no colour camera"):
+        perception.blocks()
+    object.__setattr__(rig.world.robot, "camera", SCOUT.camera)
+    colour = SCOUT.camera.model
+    picture = Image(0.1, np.zeros((colour.height, colour.width, 3), np.uint8), colour)
+
+    def seen(time, **pictures):
+        rig.now.see(Perceived(time, rig.world.estimate, measurements=pictures))
+        return perception.blocks()
+
+    assert seen(0.0) is None
+    assert seen(0.1, camera=picture) is None
+    assert seen(0.2, camera=picture, depth=floor_picture(0.5)) is None  # 0.4 s apart
+    assert seen(0.2, camera=picture, depth=floor_picture(0.2)) == ()
+    with pytest.raises(ParameterError, match="unknown depth camera 'hnd'"):
+        perception.blocks("hnd")
