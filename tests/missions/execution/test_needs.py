@@ -28,6 +28,8 @@ SENSORS = {
     "depth camera": "depth_cameras: {depth: {position: [10 cm, 0, 30 cm]}}\n",
 }
 HEAD = "mission: a\nformat: 1\nworld: office\n"
+ARM = load_robot("panda_table", Path())
+
 GUARDED = {
     "follow_line": "{until_time: 30 s}", "follow_person": "{until_time: 30 s}",
     "wall_follow": "{until_time: 30 s}", "dock": "$lobby", "explore": "{}",
@@ -35,6 +37,21 @@ GUARDED = {
     "take_photo": "{}", "inspect": "{}", "find_object": "{colour: red}",
     "approach_object": "{colour: red}", "wait_for_door": "$lobby", "free_space_escape": "{}",
 }  # fmt: skip
+
+
+GRASPING = {
+    "move_arm": "{posture: home}", "home_arm": "{}", "open_gripper": "{}", "close_gripper": "{}",
+    "detect_blocks": "{}", "pick": "{}", "place": "{block: red}",
+}  # fmt: skip
+"""Behaviours that need an arm or a gripper."""
+
+
+@pytest.mark.parametrize(("kind", "ports"), GRASPING.items())
+def test_a_behaviour_of_an_arm_is_refused_on_a_rover(tmp_path, kind, ports):
+    mission = read_text(tmp_path, f"run: {{{kind}: {ports}}}\n")
+    found = behaviour_needs(mission, ALL)
+    assert found and {item.code for item in found} == {"E183"}
+    assert behaviour_needs(mission, ARM) == []
 
 
 def robot_file(folder, *sensors, radius="22 cm"):
@@ -67,7 +84,7 @@ def test_every_need_of_what_is_built_in_is_in_the_table():
     names = {one for needs in declared for need in needs for one in alternatives(need)}
     assert names and names <= set(NEEDS)
     sensing = {name for name in catalogue.names() if {*catalogue.get(name).needs} - {"base"}}
-    assert sensing == set(GUARDED)
+    assert sensing == {*GUARDED, *GRASPING}
 
 
 @pytest.mark.parametrize("need", KINDS)
@@ -90,9 +107,6 @@ def test_a_behaviour_without_its_sensor_is_refused_where_it_is_used(tmp_path, ki
     assert finding.sentence.startswith(f"{kind} needs a ")
     assert "scout" in finding.hint  # a robot that has it
     assert behaviour_needs(mission, ALL) == []
-
-
-ARM = load_robot("panda_table", Path())
 
 
 def test_an_arm_on_a_column_has_no_drive_and_a_rover_no_arm(tmp_path):
