@@ -85,7 +85,7 @@ def new_behaviour(name: str, folder: Path, reserved: Collection[str] = ()) -> li
     """Write `<name>.py` and `test_<name>.py` to a plugin folder; create the folder if necessary.
 
     Args:
-        name: name of the behaviour in missions, e.g. close_gripper.
+        name: name of the behaviour in missions, e.g. ring_bell.
         folder: plugin folder; missions list it under `plugins`.
         reserved: the words of the mission language.
 
@@ -131,7 +131,7 @@ def check_name(name: str, what: str, reserved: Collection[str]) -> None:
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z][a-z0-9]*)*", name):
         raise InputError(
             f"{name!r} cannot name {what}: use lower-case words joined by underscores, "
-            "e.g. close_gripper"
+            "e.g. ring_bell"
         )
     if len(name) > LONGEST_NAME:
         raise InputError(f"{name!r} is too long: {len(name)} characters, at most {LONGEST_NAME}")

@@ -33,7 +33,7 @@ class MoveArm(RobotBehaviour):
     fails_with = MOTION_FAILURES
     one_port_of = ("posture", "joints", "pose")
     posture_port = "posture"
-    also_known_as = ("MoveTo", "MoveToPose", "PlanAndExecute")
+    also_known_as = ("MoveToPose", "PlanAndExecute")
 
     def initialise(self) -> None:
         self._task = self._asked()

@@ -22,15 +22,15 @@ def run(*command, cwd=ROOT):
 
 def test_the_template_works_and_its_test_passes(tmp_path):
     folder = tmp_path / "my_behaviours"
-    files = new_behaviour("close_gripper", folder)
-    assert [file.name for file in files] == ["close_gripper.py", "test_close_gripper.py"]
+    files = new_behaviour("ring_bell", folder)
+    assert [file.name for file in files] == ["ring_bell.py", "test_ring_bell.py"]
     catalogue = find_behaviours(["./my_behaviours"], tmp_path)
     assert catalogue.problems == ()
-    assert catalogue.get("close_gripper").summary.startswith("Close gripper")
+    assert catalogue.get("ring_bell").summary.startswith("Ring bell")
     assert "2 passed" in run("pytest", "-q", "-p", "no:cacheprovider", str(folder), cwd=tmp_path)
 
 
-@pytest.mark.parametrize("name", ["close_gripper", "nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn"])
+@pytest.mark.parametrize("name", ["ring_bell", "nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn"])
 def test_the_template_is_clean(tmp_path, name):
     files = [str(file) for file in new_behaviour(name, tmp_path / "mine")]
     settings = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
@@ -39,10 +39,10 @@ def test_the_template_is_clean(tmp_path, name):
 
 
 def test_nothing_is_overwritten(tmp_path):
-    (tmp_path / "test_close_gripper.py").write_text("mine")
-    with pytest.raises(InputError, match=r"test_close_gripper\.py already exists"):
-        new_behaviour("close_gripper", tmp_path)
-    assert [file.name for file in tmp_path.iterdir()] == ["test_close_gripper.py"]
+    (tmp_path / "test_ring_bell.py").write_text("mine")
+    with pytest.raises(InputError, match=r"test_ring_bell\.py already exists"):
+        new_behaviour("ring_bell", tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["test_ring_bell.py"]
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ OPTIONAL = [item for item in vars(optional_packages).values() if isinstance(item
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 
 
-PROVIDERS = {"serial": "pyserial", "can": "python-can"}
+PROVIDERS = {"pinocchio": "pin", "serial": "pyserial", "can": "python-can"}
 """Distributions whose names are not those of their modules."""
 
 

@@ -216,7 +216,7 @@ def test_nothing_waits_for_slow_work_where_time_cannot_be_frozen(live):
             ),
         )
         parts = run.runtime.parts
-        assert parts.navigator.tools.planner_worker._waits is waits
+        assert parts.navigator.tools.planner_worker.deferral.waits is waits
         assert parts.perceiver.objects._waits is waits
 
 

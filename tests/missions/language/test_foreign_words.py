@@ -61,7 +61,7 @@ def test_every_node_of_the_other_tools_has_a_meaning_here(word):
         ("Delay", "did you mean 'wait'?"),
         ("Selector", "did you mean 'fallback'?"),
         ("PassThrough", "leave it out, or write `name: …` beside the node"),
-        ("close_gripper", ""),
+        ("press_button", ""),
     ],
 )
 def test_the_meaning_of_a_word(word, hint):
@@ -87,10 +87,10 @@ def test_the_names_of_a_plugin_are_hints_too(tmp_path):
     (tmp_path / "grippers.py").write_text(
         "from behaviours.base import RobotBehaviour\n\n\n"
         "class Grasp(RobotBehaviour):\n    '''Close the gripper.'''\n\n"
-        "    also_known_as = ('CloseGripper',)\n\n    def update(self): ...\n"
+        "    also_known_as = ('PressButton',)\n\n    def update(self): ...\n"
     )
     known = node_types(find_behaviours(["./grippers.py"], tmp_path))
-    assert node_meaning("close_gripper", known) == "did you mean 'grasp'?"
+    assert node_meaning("press_button", known) == "did you mean 'grasp'?"
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_the_names_of_a_plugin_are_hints_too(tmp_path):
         ("if: []", ["E121"]),  # with a modifier here
         ("ForceFailure: []", ["E121"]),
         ("other: {}", ["E121"]),  # a tree of the file
-        ("close_gripper: {}", ["W115"]),  # may be a behaviour of a mission's plugin
+        ("press_button: {}", ["W115"]),  # may be a behaviour of a mission's plugin
         ("grippers.Close: {}", ["W115"]),
     ],
 )
