@@ -1,7 +1,7 @@
 """Builds the wheel, installs it into an empty environment and drives every shipped mission with it.
 
-Run by `make wheel-test`. The environment holds what a user installs: no extras, no test tools.
-Nothing of the checkout is in reach of the installed command: it runs in another folder and without
+Run by `make wheel-test`. The environment holds what a user installs: no test tools, and no extras
+until the missions that need one have been refused with the command that installs it. Nothing of the checkout is in reach of the installed command: it runs in another folder and without
 PYTHONPATH.
 """
 
@@ -22,6 +22,9 @@ from tests.missions.shipped import ARGUMENTS, check_success
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 WORDS = "run --headless --speed max --seed 1 --out".split()
+EXTRAS = {"50_pick_the_red_block": "arm", "51_sort_by_colour": "arm"}
+"""Missions that need an extra, and which."""
+
 OWN = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 
 
@@ -35,6 +38,11 @@ def main() -> None:
         treepilot, elsewhere = commands / "treepilot", folder / "elsewhere"
         elsewhere.mkdir()
         missions = sorted(file.stem for file in (ROOT / "missions").glob("*.yaml"))
+        called(treepilot, ["check", *(one for one in missions if one not in EXTRAS)], elsewhere)
+        for name, extra in EXTRAS.items():
+            refused(treepilot, name, f"treepilot[{extra}]", elsewhere)
+        for extra in sorted(set(EXTRAS.values())):
+            pip(commands / "python", "install", f"treepilot[{extra}] @ {wheel.as_uri()}")
         called(treepilot, ["check", *missions], elsewhere)
         driven(treepilot, missions, elsewhere)
         print(f"installed; drove {len(missions)} missions to success")
@@ -88,6 +96,19 @@ def settings(name: str) -> list[str]:
     """Options of the command line for the arguments of a mission."""
     given = ARGUMENTS.get(name, {}).items()
     return [word for key, value in given for word in ("--set", f"{key}={value}")]
+
+
+def refused(treepilot: Path, mission: str, remedy: str, folder: Path) -> None:
+    """Run a mission that needs an extra; it must be refused with the remedy before it begins."""
+    done = subprocess.run(
+        [treepilot, *WORDS, "runs/refused", mission], cwd=folder, env=OWN, check=False,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    if done.returncode != 2 or remedy not in done.stdout + done.stderr:
+        sys.exit(
+            f"{mission} without its extra: exit code {done.returncode}, expected 2 and {remedy!r}\n"
+            f"{done.stdout[-3000:]}{done.stderr[-3000:]}"
+        )
 
 
 def called(treepilot: Path, words: list[str], folder: Path) -> None:
