@@ -106,7 +106,7 @@ def refused(treepilot: Path, mission: str, remedy: str, folder: Path) -> None:
     )  # fmt: skip
     if done.returncode != 2 or remedy not in done.stdout + done.stderr:
         sys.exit(
-            f"{mission} without its extra: exit code {done.returncode}, expected 2 and {remedy!r}\n"
+            f"{mission}: exit code {done.returncode}, expected 2 and {remedy!r}\n"
             f"{done.stdout[-3000:]}{done.stderr[-3000:]}"
         )
 
