@@ -1,8 +1,8 @@
 """Builds the wheel, installs it into an empty environment and drives every shipped mission with it.
 
 Run by `make wheel-test`. The environment holds what a user installs: no test tools, and no extras
-until the missions that need one have been refused with the command that installs it. Nothing of the checkout is in reach of the installed command: it runs in another folder and without
-PYTHONPATH.
+until the missions that need one have been refused with the command that installs it. Nothing of the
+checkout is in reach of the installed command: it runs in another folder and without PYTHONPATH.
 """
 
 from __future__ import annotations
