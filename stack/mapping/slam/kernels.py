@@ -52,7 +52,13 @@ def carry_covariances(
             # The adjoint of the inverse motion: what an error at the start is at the target.
             back[0, 0], back[0, 1], back[0, 2] = c, s, s * x - c * y
             back[1, 0], back[1, 1], back[1, 2] = -s, c, s * y + c * x
-            found[other] = back @ found[node] @ back.T + added[edge]
+            for i in range(3):  # back @ found[node] @ back.T, without SciPy's BLAS
+                for j in range(3):
+                    total = added[edge, i, j]
+                    for k in range(3):
+                        for m in range(3):
+                            total += back[i, k] * found[node, k, m] * back[j, m]
+                    found[other, i, j] = total
             heappush(queue, (least[other], other))
     return found, least
 
