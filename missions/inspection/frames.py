@@ -44,7 +44,7 @@ class Published:
     """What a publisher said in a run.
 
     Attributes:
-        stamps: of the records in which it changed, or in which it was measured anew, s.
+        stamps: of the records in which it changed or was measured again, s.
     """
 
     stamps: list[float] = field(default_factory=list)

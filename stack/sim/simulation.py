@@ -20,7 +20,7 @@ from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Pose2D
 
 VISIBLE_MOTION = 0.005
-"""Metres that a block has moved when displays draw it anew."""
+"""Metres that a block has moved when displays draw it again."""
 
 SCENE_STEPS = physics_steps("scene period", 1.0 / SCENE_RATE)
 

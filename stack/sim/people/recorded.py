@@ -19,7 +19,7 @@ simulation also inside a robot, which the physics would throw away, or just befo
 """
 
 NOWHERE = (nan, nan)
-"""Place of somebody who is not there."""
+"""Place of a person who is not in the world."""
 
 
 class RecordedWalker:
