@@ -203,15 +203,20 @@ async def until(stream, good):
 
 
 async def retried(action):
-    """Repeat an action that times out, as a program does on a bad link."""
+    """Repeat an action that times out, as a program does on a bad link.
+
+    MAVSDK says BUSY until the transfer before is given up.
+    """
     from mavsdk.exceptions import MavsdkError
 
-    for _ in range(8):
+    end = monotonic() + PATIENCE
+    while True:
         try:
             return await action()
-        except MavsdkError as error:
-            last = error
-    raise AssertionError(f"8 times: {last!r}")
+        except MavsdkError:
+            if monotonic() > end:
+                raise
+            await asyncio.sleep(0.5)
 
 
 async def drive_by_mavsdk(vehicle: VehicleRun) -> None:
