@@ -102,6 +102,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         places=dict(plan.mission.places),
         identity=identity or new_identity(),
         origin=plan.world.origin,
+        drives=plan.robot.drivetrain.moves,
     )
 
 

@@ -21,7 +21,7 @@ from stack.frames.tree import inverse
 from stack.geometry.rotations import from_angles
 from stack.lifecycle import Timers
 from stack.manipulation.scene import SceneObject
-from stack.navigation.capabilities.gripper import GRIPPER, StackGripper
+from stack.navigation.capabilities.gripper import StackGripper
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
 from stack.navigation.plans.deferred import Deferred
@@ -29,7 +29,6 @@ from stack.navigation.tasks import MotionTask
 from stack.parameters import suggestion
 from stack.robot import Arm
 from stack.types import (
-    ArmView,
     Block,
     CurrentStep,
     Failure,
@@ -37,7 +36,6 @@ from stack.types import (
     FloatArray,
     GraspPlan,
     GripperCommand,
-    GripperState,
     JointState,
     JointTrajectory,
     Perceived,
@@ -90,6 +88,12 @@ class StackArm(Arm):
         timers: stand still while the arm is held.
         plans: of its motions.
         boxes: known ones that it must not touch, map frame.
+
+    Attributes:
+        description: of the arm.
+        links: of the robot.
+        around: what it must not touch.
+        grasps: the last ones that were found, until a block is held.
     """
 
     def __init__(
@@ -99,8 +103,9 @@ class StackArm(Arm):
         assert robot.arm is not None
         self._timer = timers.new()
         self.description: ArmDescription = robot.arm
-        self._now, self._links = now, RobotLinks(robot.links, BASE)
-        self._plans, self._around = plans, Surroundings(boxes)
+        self._now, self.links = now, RobotLinks(robot.links, BASE)
+        self._plans, self.around = plans, Surroundings(boxes)
+        self.grasps: tuple[GraspPlan, ...] = ()
         self._new: JointTrajectory | None = None
         self._stops = False
         self._planning: _Planning | None = None
@@ -123,7 +128,7 @@ class StackArm(Arm):
         in_base = self.tool_in_base
         if in_base is None:
             return None
-        return inverse(self._base_from_link) @ in_base
+        return inverse(self.base_from_link) @ in_base
 
     @property
     def tool_in_base(self) -> FloatArray | None:
@@ -132,34 +137,35 @@ class StackArm(Arm):
         if joints is None:
             return None
         positions = dict(zip(self.joint_names, joints.positions.tolist(), strict=True))
-        return self._links.pose(self.description.tool_link, positions)
+        return self.links.pose(self.description.tool_link, positions)
 
     @property
     def blocks(self) -> Mapping[str, Block]:
-        return MappingProxyType(dict(self._around.blocks))
+        return MappingProxyType(dict(self.around.blocks))
 
     @property
     def held(self) -> Block | None:
         tool = self.tool_pose
-        return None if tool is None else self._around.held_at(tool)
+        return None if tool is None else self.around.held_at(tool)
 
     def box(self, name: str) -> tuple[FloatArray, FloatArray]:
-        return self._around.box(name, self._link_from_map)
+        return self.around.box(name, self._link_from_map)
 
     def see(self, blocks: Iterable[Block]) -> None:
-        self._around.see(blocks, self.tool_pose)
+        self.around.see(blocks, self.tool_pose)
 
     def hold(self, block: Block, width: float) -> None:
         tool = self.tool_pose
         assert tool is not None, "a grasp was measured"
-        self._around.hold(block, tool, width)
+        self.around.hold(block, tool, width)
+        self.grasps = ()
 
     def release(self, *, lost: bool = False) -> None:
         tool = self.tool_pose
         if lost or tool is None:
-            self._around.lose()
+            self.around.lose()
         else:
-            self._around.release(tool)
+            self.around.release(tool)
 
     def follow(self, trajectory: JointTrajectory) -> MotionTask:
         self._check(trajectory)
@@ -186,7 +192,7 @@ class StackArm(Arm):
         self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
         speed: float = 1.0,
     ) -> MotionTask:  # fmt: skip
-        names = (it if isinstance(it, str) else self._around.name_of(it) for it in touching)
+        names = (it if isinstance(it, str) else self.around.name_of(it) for it in touching)
         job = partial(
             to_pose, goal=pose.copy(), straight=straight, touching=tuple(names), speed=speed
         )
@@ -196,10 +202,10 @@ class StackArm(Arm):
         task = PlannedGrasps("look for grasps", self._ended)
 
         def keep(found: tuple[GraspPlan, ...]) -> None:
-            task.grasps = found
+            task.grasps = self.grasps = found
             task.succeed(f"{len(found)} grasps")
 
-        self._plan(task, partial(to_grasp, block=self._around.name_of(block)), keep)
+        self._plan(task, partial(to_grasp, block=self.around.name_of(block)), keep)
         return task
 
     def cancel(self, why: str = "cancelled") -> None:
@@ -219,6 +225,11 @@ class StackArm(Arm):
         stops, self._stops = self._stops, False
         return new, stops
 
+    @property
+    def motion(self) -> JointTrajectory | None:
+        """What it moves along now; None while it rests or plans."""
+        return None if self._motion is None else self._motion[1]
+
     def _plan(
         self, task: MotionTask, job: Job[Any], use: Callable[[Any], None] | None = None
     ) -> MotionTask:
@@ -232,7 +243,7 @@ class StackArm(Arm):
         joints, now = perceived.newest(JOINTS, JointState), perceived.time
         if planning.answer is None:
             if joints is not None and np.abs(joints.velocities).max() < AT_REST:
-                scene = self._around.scene(self._link_from_map)
+                scene = self.around.scene(self._link_from_map)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)
@@ -248,15 +259,16 @@ class StackArm(Arm):
         self._new, self._stops = trajectory, False
 
     @property
-    def _base_from_link(self) -> FloatArray:
-        return self._links.pose(self.description.base_link, {})
+    def base_from_link(self) -> FloatArray:
+        """Pose (4, 4) of the arm's base link in the base frame, metres."""
+        return self.links.pose(self.description.base_link, {})
 
     @property
     def _link_from_map(self) -> FloatArray:
         """(4, 4) base link <- map."""
         pose = self._now.perceived.estimate.pose
         base = from_angles((pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading))
-        return inverse(base @ self._base_from_link)
+        return inverse(base @ self.base_from_link)
 
     def _watch(self, task: MotionTask, trajectory: JointTrajectory, perceived: Perceived) -> None:
         joints = perceived.newest(JOINTS, JointState)
@@ -345,21 +357,6 @@ class ArmStage:
         trajectory, stops = self.arm.step(perceived, held=held)
         gripper = None if self.gripper is None else self.gripper.step(perceived)
         return ArmOrders(trajectory, gripper, held, stops)
-
-    def view(self, perceived: Perceived) -> ArmView | None:
-        """Return what displays show of the arm; None without one, or before its first joints."""
-        joints = perceived.newest(JOINTS, JointState)
-        tool = None if self.arm is None else self.arm.tool_in_base
-        if self.arm is None or joints is None or tool is None:
-            return None
-        limits, gripper = self.arm.description.limits, perceived.newest(GRIPPER, GripperState)
-        fingers = (0.0, 0.0, 0.0)
-        if self.gripper is not None and gripper is not None:
-            fingers = gripper.width, self.gripper.width_max, gripper.force
-        return ArmView(
-            self.arm.joint_names, joints.positions, limits.lower, limits.upper,
-            not self.is_standing(perceived), tool, joints.problem, *fingers,
-        )  # fmt: skip
 
     def is_standing(self, perceived: Perceived) -> bool:
         """Whether all joints stand, by their newest measurement."""

@@ -32,12 +32,17 @@ class Surroundings:
 
     Args:
         boxes: that are known, map frame.
+
+    Attributes:
+        held: the block in the hand; None: none.
+        version: grows with each change.
     """
 
     def __init__(self, boxes: Sequence[SceneObject]) -> None:
         self._boxes = {item.name: item for item in boxes}
         self._blocks: dict[str, Block] = {}
         self.held: Held | None = None
+        self.version = 1
 
     def see(self, blocks: Iterable[Block], tool: FloatArray | None) -> None:
         """Replace the blocks by those that were seen; that in the hand is not among them.
@@ -47,6 +52,7 @@ class Surroundings:
             tool: (4, 4) of the tool, base link.
         """
         self._blocks = {}
+        self.version += 1
         for block in blocks:
             if self.held is not None and tool is not None:
                 carried = tool @ self.held.in_tool
@@ -61,6 +67,7 @@ class Surroundings:
                 return name
         name = self._new_name(block)
         self._blocks[name] = block
+        self.version += 1
         return name
 
     def hold(self, block: Block, tool: FloatArray, width: float) -> None:
@@ -68,6 +75,7 @@ class Surroundings:
         name = self.name_of(block)
         self._blocks.pop(name)
         self.held = Held(name, block, inverse(tool) @ block.pose, width)
+        self.version += 1
 
     def held_at(self, tool: FloatArray) -> Block | None:
         """Return the block in the hand where it is with the tool at a pose (4, 4)."""
@@ -79,10 +87,17 @@ class Surroundings:
         block = self.held_at(tool)
         if self.held is not None and block is not None:
             self._blocks[self.held.name], self.held = block, None
+            self.version += 1
 
     def lose(self) -> None:
         """The block in the hand is not there any more."""
         self.held = None
+
+    @property
+    def boxes(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Poses (4, 4), map frame, and sizes (3,) of the known boxes, metres."""
+        every = self._boxes.values()
+        return [(it.pose, np.array(it.shape.size)) for it in every if isinstance(it.shape, Box)]
 
     @property
     def blocks(self) -> Mapping[str, Block]:

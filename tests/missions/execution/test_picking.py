@@ -9,6 +9,7 @@ from stack import optional_packages
 from stack.telemetry.records import MissionState
 from stack.types import JointState
 from tests.missions.execution.live_run import LiveRun
+from tests.stack.telemetry.rerun_recording import drawn, rows_by_entity
 
 HEAD = "mission: arm\nrobot: panda_table\nworld: bench_top\n"
 RED = "{x: 50 cm, y: -10 cm, z: 25 mm}"
@@ -47,6 +48,33 @@ def test_a_block_is_picked_and_placed(live):
     assert run.snapshot.counters["collisions"] == 0
     [known] = run.runtime.parts.robot.arm.blocks.values()
     assert known.pose[:3, 3] == pytest.approx((0.55, 0.40, 0.045), abs=8e-3)
+
+
+def test_displays_show_links_way_grasps_and_what_is_around(live, tmp_path):
+    run = live(f"run: {{pick: {{at: {RED}}}}}\n")
+    shown = []
+    while not run.runtime.state.is_over:
+        run.steps(1)
+        shown.append(run.snapshot)
+    arms = [snapshot.arm for snapshot in shown if snapshot.arm is not None]
+    for arm in arms:
+        assert arm.links[-1] == pytest.approx(arm.tool[:3, 3])
+    column = run.engine.body.description.model  # its height is where the first joint begins
+    assert arms[0].links[0] == pytest.approx((0.0, 0.0, 0.6), abs=1e-6) and column
+    first = next(number for number, arm in enumerate(arms) if len(arm.way))
+    end = next(arm for arm in arms[first:] if not len(arm.way))  # at rest after the motion
+    assert arms[first].way[-1] == pytest.approx(end.tool[:3, 3], abs=5e-3)
+    grasped = next(number for number, arm in enumerate(arms) if arm.held is not None)
+    assert not len(arms[grasped].grasps)
+    best = next(arm.grasps[0] for arm in reversed(arms[:grasped]) if len(arm.grasps))
+    assert best[:2, 3] == pytest.approx((0.50, -0.10), abs=5e-3)  # where the block is, base frame
+    assert arms[-1].held.pose[:3, 3] == pytest.approx(arms[-1].tool[:3, 3], abs=0.03)
+    boxes, *_ = (snapshot.layers["around_arm"].content for snapshot in shown)
+    assert any(box.pose.x == pytest.approx(0.55) and box.lift > 0.5 for box in boxes)  # the tray
+    rows = rows_by_entity(drawn(tmp_path / "drawn", run.telemetry.info, shown[::4]))
+    assert rows["/world/joints/panda_joint1"] > 3 and rows["/world/joints/held"] > 3
+    assert rows["/world/tool_way"] >= 3 and rows["/world/grasps"] >= 2
+    assert rows["/world/around_arm/boxes"] >= 2 and rows["/plots/joints"] > 10
 
 
 @pytest.mark.parametrize(
