@@ -299,7 +299,7 @@ class MapPane(Lines, can_focus=True):
         key = (view, columns, rows, versions, places)
         if self._ground is None or key != self._ground_key:
             self._ground, self._ground_key = Canvas(view, columns, rows), key
-            grid = _occupancy(plan)
+            grid = _occupancy(plan) if self._drives else None  # what an arm knows has outlines
             self._ground.draw_costs(grid, _costs(costs))
             if grid is not None:
                 self._ground.draw_walls(grid)
