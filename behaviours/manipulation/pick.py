@@ -78,8 +78,16 @@ class Pick(ArmBehaviour):
             (yield from self.open())
             and (yield from self.done(arm.move_joints(grasp.pre_grasp), grasp.name))
             and (yield from self.line(grasp.tool, "approaching", (block,)))
-            and (yield from self.close(self.force))
+            and (yield from self._close(block))
         )
+
+    def _close(self, block: Block) -> Steps:
+        """Close the fingers on a block; one that they miss is not known any more."""
+        if (yield from self.close(self.force)):
+            return True
+        if self.failure is not None and self.failure.code == FailureCode.MISSED:
+            self.robot.arm.see((), gone=(block,))
+        return False
 
     def _lift(self, block: Block, grasp: GraspPlan) -> Steps:
         state = self.robot.gripper.state

@@ -146,8 +146,8 @@ class StackArm(Arm):
     def box(self, name: str) -> tuple[FloatArray, FloatArray]:
         return self._around.box(name, self._link_from_map)
 
-    def see(self, blocks: Iterable[Block]) -> None:
-        self._around.see(blocks, self.tool_pose)
+    def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
+        return self._around.see(blocks, gone, self.tool_pose, self._link_from_map)
 
     def hold(self, block: Block, width: float) -> None:
         tool = self.tool_pose
