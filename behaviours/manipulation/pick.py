@@ -75,7 +75,7 @@ class Pick(ArmBehaviour):
     def _grasp(self, block: Block, grasp: GraspPlan) -> Steps:
         arm = self.robot.arm
         return (
-            (yield from self.open())
+            (yield from self.open(grasp.opening))
             and (yield from self.done(arm.move_joints(grasp.pre_grasp), grasp.name))
             and (yield from self.line(grasp.tool, "approaching", (block,)))
             and (yield from self._close(block))

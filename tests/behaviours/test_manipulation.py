@@ -32,7 +32,7 @@ def block(x, y, z=0.025, colour="red", stamp=0.0, size=(0.05, 0.05, 0.05)):
 
 def grasp(name, at=0.0):
     pose = from_angles((0.5, -0.1, 0.02), (pi, 0.0, 0.0))
-    return GraspPlan(name, np.full(7, at), pose, pose, 0.05)
+    return GraspPlan(name, np.full(7, at), pose, pose, 0.05, 0.08)
 
 
 @pytest.fixture

@@ -24,6 +24,12 @@ AREA = ((0.38, 0.68), (-0.42, 0.22))
 GAP = 0.01
 """Metres between two blocks at least, and between the red one and its neighbours."""
 
+BETWEEN = ((0.38, 0.68), (-0.24, 0.24))
+"""Between two trays."""
+
+APART = 0.03
+"""Metres between two blocks if all are handled: two of one colour are then seen as two."""
+
 BENCH, TRAY = 0.60, 0.62
 """Heights of their tops, metres."""
 
@@ -111,12 +117,50 @@ def pick(seed: int) -> Scene:
     return Scene(ROOT / "50_pick_the_red_block.yaml", world, about, frozenset({0}), error)
 
 
-SCENES: dict[str, Callable[[int], Scene]] = {"pick": pick}
+def sort(seed: int) -> Scene:
+    """Mission 51: three red and three green blocks between two trays."""
+    draw = stream(seed, "sorting")
+    blocks: list[Standing] = []
+    for _ in range(6):
+        blocks.append(_anywhere(draw, blocks, _size(draw), BETWEEN, APART))
+    world = _bench(blocks, ["red"] * 3 + ["green"] * 3, "bench_two_trays")
+    trays = [box for box in world["boxes"] if box["name"].endswith("tray")]
+
+    def error(found: Sequence[BlockPose]) -> float:
+        tray = [box for box in trays for _ in range(3)]
+        on = all(map(_is_on, found, tray, (block.size[2] for block in blocks)))
+        return 0.0 if on else float("inf")
+
+    about = "6 blocks, 2 trays"
+    return Scene(ROOT / "51_sort_by_colour.yaml", world, about, frozenset(range(6)), error)
 
 
-def _bench(blocks: Sequence[Standing], colours: Sequence[str]) -> dict[str, Any]:
-    """Return the shipped bench with other blocks."""
-    world: dict[str, Any] = yaml.safe_load((ROOT / "worlds/bench_top.yaml").read_text("utf-8"))
+def stack(seed: int) -> Scene:
+    """Mission 52: green on red, and blue on green; their sizes are random."""
+    draw = stream(seed, "stacking")
+    blocks: list[Standing] = []
+    for _ in range(3):
+        blocks.append(_anywhere(draw, blocks, _size(draw), apart=APART))
+    heights = [block.size[2] for block in blocks]
+
+    def error(found: Sequence[BlockPose]) -> float:
+        red = found[0].position
+        places = [(*red[:2], BENCH + sum(heights[:n]) + heights[n] / 2.0) for n in range(3)]
+        return max(map(_distance, found, map(np.array, places)))
+
+    world = _bench(blocks, ["red", "green", "blue"])
+    about = "heights " + ", ".join(f"{100.0 * height:.0f}" for height in heights) + " cm"
+    return Scene(ROOT / "52_stack_three.yaml", world, about, frozenset(range(3)), error)
+
+
+SCENES: dict[str, Callable[[int], Scene]] = {"pick": pick, "sort": sort, "stack": stack}
+
+
+def _bench(
+    blocks: Sequence[Standing], colours: Sequence[str], name: str = "bench_top"
+) -> dict[str, Any]:
+    """Return a shipped bench with other blocks."""
+    world: dict[str, Any] = yaml.safe_load((ROOT / "worlds" / f"{name}.yaml").read_text("utf-8"))
     entries = [
         block.entry(f"{colour} block {number}", colour)
         for number, (block, colour) in enumerate(zip(blocks, colours, strict=True))
@@ -136,13 +180,14 @@ def _size(draw: np.random.Generator) -> tuple[float, float, float]:
 
 
 def _anywhere(
-    draw: np.random.Generator, others: Sequence[Standing], size: tuple[float, float, float]
-) -> Standing:
+    draw: np.random.Generator, others: Sequence[Standing], size: tuple[float, float, float],
+    area: Sequence[tuple[float, float]] = AREA, apart: float = GAP,
+) -> Standing:  # fmt: skip
     """Return a block at a random place with gaps to the others."""
     while True:
-        x, y = (draw.uniform(*side) for side in AREA)
+        x, y = (draw.uniform(*side) for side in area)
         block = Standing(x, y, draw.uniform(-pi, pi), size)
-        if all(block.gap(other) >= GAP for other in others):
+        if all(block.gap(other) >= apart for other in others):
             return block
 
 
@@ -162,3 +207,9 @@ def _distance(block: BlockPose, place: FloatArray) -> float:
     """Return the horizontal distance of a block; infinite if its height is another one."""
     off = np.subtract(block.position, place)
     return float(np.hypot(*off[:2])) if abs(off[2]) < 0.003 else float("inf")
+
+
+def _is_on(block: BlockPose, tray: dict[str, Any], height: float) -> bool:
+    """Whether the middle of a block is over a tray, and as high as if it stood on it."""
+    off = np.subtract(block.position, (*tray["at"], TRAY + height / 2.0))
+    return bool(abs(off[2]) < 0.003 and (np.abs(off[:2]) < np.array(tray["size"][:2]) / 2.0).all())

@@ -232,7 +232,8 @@ class StackArm(Arm):
         joints, now = perceived.newest(JOINTS, JointState), perceived.time
         if planning.answer is None:
             if joints is not None and np.abs(joints.velocities).max() < AT_REST:
-                scene = self._around.scene(self._link_from_map)
+                fingers = perceived.newest(GRIPPER, GripperState)
+                scene = self._around.scene(self._link_from_map, fingers and fingers.width)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)

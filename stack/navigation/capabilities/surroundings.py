@@ -116,15 +116,16 @@ class Surroundings:
         assert isinstance(item.shape, Box)
         return link_from_map @ item.pose, np.array(item.shape.size)
 
-    def scene(self, link_from_map: FloatArray) -> Scene:
+    def scene(self, link_from_map: FloatArray, width: float | None = None) -> Scene:
         """Return all of it.
 
         Args:
             link_from_map: (4, 4) base link <- map.
+            width: between the fingers, metres; None: open.
         """
         boxes = (replace(it, pose=link_from_map @ it.pose) for it in self._boxes.values())
         blocks = (_object(name, block, block.pose) for name, block in self._blocks.items())
-        scene = Scene((*boxes, *blocks))
+        scene = Scene((*boxes, *blocks), width=width)
         if self.held is None:
             return scene
         held = _object(self.held.name, self.held.block, self.held.in_tool)
