@@ -34,8 +34,7 @@ class Pick(ArmBehaviour):
     picked: str = output("colour of the block")
     width: float = output("of the block between the fingers", unit="m")
 
-    needs = ("arm", "gripper")
-    takes_time = True
+    claims = ("arm", "gripper")
     box_ports = ("spare",)
     fails_with = (
         *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
