@@ -443,6 +443,19 @@ class Perception(Protocol):
             ParameterError: the robot has no such depth camera, or no colour camera.
         """
 
+    def is_gone(self, block: Block, camera: str = "") -> bool:
+        """Whether the newest depth picture shows that a block is not at its place.
+
+        What is hidden is not gone; nor is anything as long as there is no picture.
+
+        Args:
+            block: as `blocks` returns it.
+            camera: name of the depth camera; empty: the robot's first.
+
+        Raises:
+            ParameterError: the robot has no such depth camera.
+        """
+
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         """Objects in the newest picture that the object detector searched, the nearest first.
 
@@ -502,8 +515,18 @@ class Arm(Protocol):
             ParameterError: there is none.
         """
 
-    def see(self, blocks: Iterable[Block]) -> None:
-        """Replace the blocks around the arm; that in the hand is kept."""
+    def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
+        """Take what a look around has shown.
+
+        A known block stays known, unless it is gone or a new one is at its place: it may be hidden.
+
+        Args:
+            blocks: that were found.
+            gone: known ones that are not at their places any more.
+
+        Returns:
+            Those that were found, without the one in the hand and without parts of boxes.
+        """
 
     def hold(self, block: Block, width: float) -> None:
         """The hand has grasped a block; it moves with the tool.

@@ -34,8 +34,7 @@ class Pick(ArmBehaviour):
     picked: str = output("colour of the block")
     width: float = output("of the block between the fingers", unit="m")
 
-    needs = ("arm", "gripper")
-    takes_time = True
+    claims = ("arm", "gripper")
     box_ports = ("spare",)
     fails_with = (
         *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
@@ -75,11 +74,19 @@ class Pick(ArmBehaviour):
     def _grasp(self, block: Block, grasp: GraspPlan) -> Steps:
         arm = self.robot.arm
         return (
-            (yield from self.open())
+            (yield from self.open(grasp.opening))
             and (yield from self.done(arm.move_joints(grasp.pre_grasp), grasp.name))
             and (yield from self.line(grasp.tool, "approaching", (block,)))
-            and (yield from self.close(self.force))
+            and (yield from self._close(block))
         )
+
+    def _close(self, block: Block) -> Steps:
+        """Close the fingers on a block; one that they miss is not known any more."""
+        if (yield from self.close(self.force)):
+            return True
+        if self.failure is not None and self.failure.code == FailureCode.MISSED:
+            self.robot.arm.see((), gone=(block,))
+        return False
 
     def _lift(self, block: Block, grasp: GraspPlan) -> Steps:
         state = self.robot.gripper.state

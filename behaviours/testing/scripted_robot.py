@@ -108,6 +108,7 @@ class ScriptedRobot:
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
         seen_blocks: returned by `blocks()`.
+        gone_blocks: those for which `is_gone` answers yes.
         tracks: moving objects.
         standing_objects: not on the map, and have not moved.
         fit: called by `fit_at()`.
@@ -151,6 +152,7 @@ class ScriptedRobot:
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
     seen_blocks: tuple[Block, ...] | None = None
+    gone_blocks: tuple[Block, ...] = ()
     fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
@@ -271,6 +273,9 @@ class ScriptedRobot:
 
     def blocks(self, camera: str = "") -> tuple[Block, ...] | None:
         return self.seen_blocks
+
+    def is_gone(self, block: Block, camera: str = "") -> bool:
+        return any(block is lost for lost in self.gone_blocks)
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         if self.objects is None:

@@ -181,7 +181,7 @@ def world_description(world: World, doc: str = "") -> str:
         counted(len(world.cylinders), "cylinder"), counted(len(world.docks), "dock"),
         counted(len(world.drops), "drop"), counted(len(world.lines), "line"),
         counted(len(world.friction_zones), "friction zone"),
-        counted(len(world.posters), "poster"),
+        counted(len(world.posters), "poster"), counted(len(world.shadows), "shadow"),
     ]  # fmt: skip
     ignored = counted(len(world.warnings), "kind")
     rows = [

@@ -1,7 +1,8 @@
 """Grasps of box-shaped blocks by a parallel gripper.
 
 A grasp approaches one of five faces of the block (not that below) along its normal, with the
-fingers along either of the two other axes, in either direction. Candidates remain whose gripper
+fingers along either of the two other axes, in either direction. If no grasp with open fingers has
+room, the fingers open no wider than they need and reach less deep. Candidates remain whose gripper
 opens wide enough, whose poses the arm reaches, and whose motions are free: a pre-grasp in front of
 the face, a straight approach, and a straight lift with the block in the hand. Their order is by
 
@@ -29,8 +30,9 @@ APPROACH = 0.09
 LIFT = 0.09
 """Metres of the straight lift."""
 
-DEPTH = 0.03
-"""Metres: how deep the finger tips reach over the face at most."""
+DEPTH, SHALLOW = 0.03, 0.005
+"""Metres: how deep the tool reaches over the face at most. A shallow grasp keeps the hand off the
+neighbours of the block; the finger tips reach some millimetres deeper than the tool."""
 
 SPARE = 0.005
 """Metres that the open fingers are wider than the block, on each side."""
@@ -59,6 +61,7 @@ class Grasp:
         lift: (k, n) waypoints from the grasp upwards, with the block.
         tool: (4, 4) of the tool at the grasp, in `base_link`.
         width: of the block between the fingers, metres.
+        opening: distance between the fingers before they close, metres.
         approaching: scene of the approach, in which the fingers may touch the block.
         lifting: scene of the lift, in which the block may touch what it stands on or beside.
         holding: scene after the lift.
@@ -71,6 +74,7 @@ class Grasp:
     lift: FloatArray
     tool: FloatArray
     width: float
+    opening: float
     approaching: Scene
     lifting: Scene
     holding: Scene
@@ -108,28 +112,37 @@ def grasps(
     gripper = planner.model.description.gripper
     if gripper is None:
         raise NavigationError(FailureCode.UNSUPPORTED, "the arm has no gripper")
-    open_scene = scene.touching(*((finger, block) for finger in gripper.finger_links))
-    checks = Collisions(planner.model, open_scene)
-    found: list[Grasp] = []
-    refused: Counter[str] = Counter()
-    for candidate in candidates(item):
-        if candidate.width + 2.0 * SPARE > gripper.width_max:
-            refused[f"wider than the gripper opens ({gripper.width_max * 1000:.0f} mm)"] += 1
-            continue
-        try:
-            grasp = _with_motions(planner, candidate, (block, open_scene), positions, generator)
+    scene = scene.touching(*((finger, block) for finger in gripper.finger_links))
+    for tight in (False, True):
+        found: list[Grasp] = []
+        refused: Counter[str] = Counter()
+        for candidate in candidates(item, tight=tight):
+            if candidate.width + 2.0 * SPARE > gripper.width_max:
+                refused[f"wider than the gripper opens ({gripper.width_max * 1000:.0f} mm)"] += 1
+                continue
+            opening = candidate.width + 2.0 * SPARE if tight else gripper.width_max
+            open_scene = replace(scene, width=opening)
+            try:
+                grasp = _with_motions(planner, candidate, (block, open_scene), positions, generator)
+            except NavigationError as error:
+                refused[_reason(error)] += 1
+                continue
+            checks = Collisions(planner.model, open_scene)
             room = min(checks.distance(grasp.approach[-1]), ROOM)
             found.append(replace(grasp, cost=grasp.cost + PER_METRE * (ROOM - room)))
-        except NavigationError as error:
-            refused[_reason(error)] += 1
-    if not found:
-        reasons = "; ".join(f"{count} {reason}" for reason, count in refused.most_common(4))
-        raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {reasons}")
-    return sorted(found, key=lambda grasp: grasp.cost)
+        if found:
+            return sorted(found, key=lambda grasp: grasp.cost)
+    reasons = "; ".join(f"{count} {reason}" for reason, count in refused.most_common(4))
+    raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {reasons}")
 
 
-def candidates(item: SceneObject) -> Iterator[_Candidate]:
-    """Yield the poses of the tool at the grasps of a block, and the widths between the fingers."""
+def candidates(item: SceneObject, *, tight: bool = False) -> Iterator[_Candidate]:
+    """Yield the poses of the tool at the grasps of a block, and the widths between the fingers.
+
+    Args:
+        item: a box.
+        tight: whether other objects are near it.
+    """
     assert isinstance(item.shape, Box)
     size = np.array(item.shape.size)
     turn = item.pose[:3, :3]
@@ -139,7 +152,7 @@ def candidates(item: SceneObject) -> Iterator[_Candidate]:
             outward = sign * turn[:, normal]
             if outward[2] < -0.7:  # the face below
                 continue
-            depth = min(size[normal] / 2.0, DEPTH)
+            depth = min(size[normal] / 2.0, SHALLOW if tight else DEPTH)
             tip = item.pose[:3, 3] + outward * (size[normal] / 2.0 - depth)
             side = "from above" if outward[2] > 0.7 else f"from {'+' if sign > 0 else '-'}"
             side += "" if outward[2] > 0.7 else names[normal]
@@ -177,6 +190,7 @@ def _with_motions(
         NavigationError: one of them cannot be planned.
     """
     block, scene = target
+    assert scene.width is not None, "the caller has chosen how wide the fingers are open"
     before = candidate.tool.copy()
     before[:3, 3] -= APPROACH * candidate.tool[:3, 2]
     pre_grasp = _pre_grasp(planner, before, scene, positions, generator)
@@ -193,6 +207,7 @@ def _with_motions(
         planner.straight(approach[-1], above, lifting),
         candidate.tool,
         candidate.width,
+        scene.width,
         scene,
         lifting,
         held,

@@ -32,7 +32,7 @@ def block(x, y, z=0.025, colour="red", stamp=0.0, size=(0.05, 0.05, 0.05)):
 
 def grasp(name, at=0.0):
     pose = from_angles((0.5, -0.1, 0.02), (pi, 0.0, 0.0))
-    return GraspPlan(name, np.full(7, at), pose, pose, 0.05)
+    return GraspPlan(name, np.full(7, at), pose, pose, 0.05, 0.08)
 
 
 @pytest.fixture
@@ -139,6 +139,16 @@ class TestDetection:
         assert (behaviour.count, behaviour.colours) == (2, ["red", "red"])
         assert len(robot.arm.blocks) == 4
 
+    def test_a_hidden_block_stays_known_and_does_not_count(self, robot):
+        hidden, lost = block(0.6, 0.0), block(0.5, 0.2)
+        robot.arm.see([hidden, lost])
+        robot.seen_blocks, robot.gone_blocks = (block(0.4, 0.0, colour="blue"),), (lost,)
+        behaviour = DetectBlocks()
+        assert tick(behaviour, robot) is Status.SUCCESS
+        assert (behaviour.count, behaviour.colours) == (1, ["blue"])
+        assert behaviour.feedback_message == "1 found: blue; 1 more known, but hidden"
+        assert [it.colour for it in robot.arm.blocks.values()] == ["red", "blue"]
+
     def test_a_block_on_a_box(self, robot):
         robot.seen_blocks = (block(0.6, 0), block(0.5, 0.4, 0.045, "green"))
         behaviour = DetectBlocks(on="the tray")
@@ -240,7 +250,7 @@ class TestPick:
         robot.task.succeed()
         assert tick(behaviour, robot) is Status.FAILURE
         assert behaviour.failure.code == FailureCode.MISSED
-        assert robot.arm.held is None
+        assert robot.arm.held is None and not robot.arm.blocks, "it is not there"
 
     def test_slipped(self, robot):
         behaviour = self.carried_out(robot, 3)

@@ -21,7 +21,7 @@ from stack.frames.tree import inverse
 from stack.geometry.rotations import from_angles
 from stack.lifecycle import Timers
 from stack.manipulation.scene import SceneObject
-from stack.navigation.capabilities.gripper import StackGripper
+from stack.navigation.capabilities.gripper import GRIPPER, StackGripper
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
 from stack.navigation.plans.deferred import Deferred
@@ -36,6 +36,7 @@ from stack.types import (
     FloatArray,
     GraspPlan,
     GripperCommand,
+    GripperState,
     JointState,
     JointTrajectory,
     Perceived,
@@ -151,8 +152,8 @@ class StackArm(Arm):
     def box(self, name: str) -> tuple[FloatArray, FloatArray]:
         return self.around.box(name, self._link_from_map)
 
-    def see(self, blocks: Iterable[Block]) -> None:
-        self.around.see(blocks, self.tool_pose)
+    def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
+        return self.around.see(blocks, gone, self.tool_pose, self._link_from_map)
 
     def hold(self, block: Block, width: float) -> None:
         tool = self.tool_pose
@@ -243,7 +244,9 @@ class StackArm(Arm):
         joints, now = perceived.newest(JOINTS, JointState), perceived.time
         if planning.answer is None:
             if joints is not None and np.abs(joints.velocities).max() < AT_REST:
-                scene = self.around.scene(self._link_from_map)
+                fingers = perceived.newest(GRIPPER, GripperState)
+                width = None if fingers is None else fingers.width
+                scene = self.around.scene(self._link_from_map, width)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)

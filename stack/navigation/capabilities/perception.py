@@ -173,6 +173,10 @@ class StackPerception(Perception):
             return None
         return self.block_detector.detect(image, depth)
 
+    def is_gone(self, block: Block, camera: str = "") -> bool:
+        depth = self._depth_image(self._depth_camera(camera))
+        return depth is not None and self.block_detector.is_gone(block, depth)
+
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         found = self.objects.detections(self._perceived.time)
         if found is None or label is None:

@@ -44,21 +44,35 @@ class Surroundings:
         self.held: Held | None = None
         self.version = 1
 
-    def see(self, blocks: Iterable[Block], tool: FloatArray | None) -> None:
-        """Replace the blocks by those that were seen; that in the hand is not among them.
+    def see(
+        self, blocks: Iterable[Block], gone: Iterable[Block], tool: FloatArray | None,
+        link_from_map: FloatArray,
+    ) -> tuple[Block, ...]:  # fmt: skip
+        """Take what a look around has shown; return the blocks that count.
 
         Args:
-            blocks: all that are there.
+            blocks: that were found; one in the hand, or inside a box, is none.
+            gone: known ones that are not at their places any more; the others may be hidden.
             tool: (4, 4) of the tool, base link.
+            link_from_map: (4, 4) base link <- map.
         """
-        self._blocks = {}
+        held = None if tool is None else self.held_at(tool)
+        boxes = [self.box(name, link_from_map) for name in self._boxes]
+        found = tuple(
+            block for block in blocks
+            if (held is None or _distance(held.pose, block.pose) >= np.linalg.norm(block.size))
+            and not any(_is_inside(block.pose, *box) for box in boxes)
+        )  # fmt: skip
         self.version += 1
-        for block in blocks:
-            if self.held is not None and tool is not None:
-                carried = tool @ self.held.in_tool
-                if _distance(carried, block.pose) < float(np.linalg.norm(block.size)):
-                    continue
+        lost = list(gone)
+        self._blocks = {
+            name: known for name, known in self._blocks.items()
+            if not any(_distance(known.pose, block.pose) < SAME for block in lost)
+            and not any(_overlap(known, block) for block in found)
+        }  # fmt: skip
+        for block in found:
             self._blocks[self._new_name(block)] = block
+        return found
 
     def name_of(self, block: Block) -> str:
         """Return the name of a block; one that was not seen before is added."""
@@ -117,15 +131,16 @@ class Surroundings:
         assert isinstance(item.shape, Box)
         return link_from_map @ item.pose, np.array(item.shape.size)
 
-    def scene(self, link_from_map: FloatArray) -> Scene:
+    def scene(self, link_from_map: FloatArray, width: float | None = None) -> Scene:
         """Return all of it.
 
         Args:
             link_from_map: (4, 4) base link <- map.
+            width: between the fingers, metres; None: open.
         """
         boxes = (replace(it, pose=link_from_map @ it.pose) for it in self._boxes.values())
         blocks = (_object(name, block, block.pose) for name, block in self._blocks.items())
-        scene = Scene((*boxes, *blocks))
+        scene = Scene((*boxes, *blocks), width=width)
         if self.held is None:
             return scene
         held = _object(self.held.name, self.held.block, self.held.in_tool)
@@ -142,6 +157,19 @@ class Surroundings:
 
 def _distance(one: FloatArray, other: FloatArray) -> float:
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
+
+
+def _is_inside(pose: FloatArray, of: FloatArray, size: FloatArray) -> bool:
+    """Whether the origin of a pose is inside a box, given by pose (4, 4) and size (3,)."""
+    local = (inverse(of) @ pose)[:3, 3]
+    return bool((np.abs(local) <= size / 2.0).all())
+
+
+def _overlap(one: Block, other: Block) -> bool:
+    """Whether the middle of one of two blocks is inside the other."""
+    return _is_inside(one.pose, other.pose, other.size) or _is_inside(
+        other.pose, one.pose, one.size
+    )
 
 
 def _object(name: str, block: Block, pose: FloatArray) -> SceneObject:

@@ -113,6 +113,17 @@ def test_names_and_goals_are_checked_before_anything_moves(tmp_path, leaf, sente
     assert hint in found.hint
 
 
+def test_parts_of_a_robot_that_are_not_shared_may_be_used_at_once(tmp_path):
+    file = tmp_path / "m.yaml"
+    for node in ("open_gripper", "spin", "detect_blocks"):
+        file.write_text(f"{HEAD}run: {{parallel: [{{home_arm: {{}}}}, {{{node}: {{}}}}]}}\n")
+        codes = {item.code for item in diagnose(file, RunOptions()).findings}
+        assert not codes & {"E162", "W105"}
+    file.write_text(f"{HEAD}run: {{parallel: [{{pick: {{}}}}, {{place: {{on: a}}}}]}}\n")
+    [found] = [it for it in diagnose(file, RunOptions()).findings if it.code == "E162"]
+    assert found.sentence == "place uses the arm and gripper at the same time as pick (line 4)"
+
+
 def test_an_arm_without_its_packages_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(optional_packages.Package, "is_installed", property(lambda _: False))
     file = tmp_path / "m.yaml"
