@@ -19,7 +19,7 @@ CANDIDATES = 3
 LOOK = 0.6
 """Seconds for a picture of the camera in the hand: it takes five or more per second."""
 
-BESIDE = 0.006
+ELSEWHERE = 0.006
 """Metres: nearer to its place the fingers grasp a block without another plan."""
 
 
@@ -106,7 +106,7 @@ class Pick(ArmBehaviour):
             self.feedback_message = "looking closer"
             yield
         off = float(np.linalg.norm(seen.pose[:3, 3] - block.pose[:3, 3]))
-        return seen if off > BESIDE else None
+        return seen if off > ELSEWHERE else None
 
     def _grasp(self, block: Block, grasp: GraspPlan) -> Steps:
         return (yield from self.line(grasp.tool, "approaching", (block,))) and (

@@ -233,7 +233,7 @@ class StackArm(Arm):
         if planning.answer is None:
             if joints is not None and np.abs(joints.velocities).max() < AT_REST:
                 fingers = perceived.newest(GRIPPER, GripperState)
-                scene = self._around.scene(self._link_from_map, fingers and fingers.width)
+                scene = self._around.scene(self._link_from_map, fingers.width if fingers else None)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)
