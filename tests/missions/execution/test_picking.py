@@ -54,6 +54,14 @@ def test_a_block_is_picked_and_placed(live):
     ("leaf", "reason"),
     [
         ("pick: {at: {x: 45 cm, y: 5 cm, z: 25 mm}}", "MISSED the fingers closed on nothing"),
+        (
+            "pick: {at: {x: 50 cm, z: 45 mm, length: 9 cm, width: 9 cm, height: 9 cm}}",
+            "NO_MOTION_PLAN no grasp of red block: 20 wider than the gripper opens (80 mm)",
+        ),
+        (
+            "pick: {at: {x: 1.2 m, z: 25 mm}}",
+            "NO_MOTION_PLAN no grasp of red block: 20 out of reach",
+        ),
         ("move_arm: {pose: {x: 2 m, z: 20 cm}}", "UNREACHABLE the arm cannot reach (2.000, 0.000"),
         ("move_arm: {pose: {x: 50 cm, z: -1 cm}}", "GOAL_OCCUPIED at the goal: panda_"),
         ("place: {on: the tray}", "MISSED the hand holds no block"),
