@@ -443,6 +443,24 @@ class Perception(Protocol):
             ParameterError: the robot has no such depth camera, or no colour camera.
         """
 
+    @property
+    def hand_camera(self) -> str:
+        """Name of the depth camera on a moving link; empty: the robot has none."""
+
+    def look_closer(self, block: Block, since: float) -> Block | None:
+        """A block where the depth camera in the hand shows it, which must be above it.
+
+        A camera that shows things always to the same side of where they are found from near is
+        reported, by an event `calibration` with the offset.
+
+        Args:
+            block: as `blocks` returned it.
+            since: time of the picture at least, seconds: nothing has moved since.
+
+        Returns:
+            None before such a picture, and if the block is not seen whole.
+        """
+
     def is_gone(self, block: Block, camera: str = "") -> bool:
         """Whether the newest depth picture shows that a block is not at its place.
 

@@ -2,7 +2,8 @@
 
 A grasp approaches one of five faces of the block (not that below) along its normal, with the
 fingers along either of the two other axes, in either direction. If no grasp with open fingers has
-room, the fingers open no wider than they need and reach less deep. Candidates remain whose gripper
+room, the fingers open no wider than they need, reach less deep, and may grasp the ends of a long
+block. Candidates remain whose gripper
 opens wide enough, whose poses the arm reaches, and whose motions are free: a pre-grasp in front of
 the face, a straight approach, and a straight lift with the block in the hand. Their order is by
 
@@ -13,8 +14,9 @@ the face, a straight approach, and a straight lift with the block in the hand. T
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -33,6 +35,9 @@ LIFT = 0.09
 DEPTH, SHALLOW = 0.03, 0.005
 """Metres: how deep the tool reaches over the face at most. A shallow grasp keeps the hand off the
 neighbours of the block; the finger tips reach some millimetres deeper than the tool."""
+
+PAD = 0.012
+"""Metres from the middle of the fingers to the end of a long block that is grasped there."""
 
 SPARE = 0.005
 """Metres that the open fingers are wider than the block, on each side."""
@@ -86,6 +91,7 @@ class _Candidate:
     name: str
     tool: FloatArray
     width: float
+    tight: bool
 
 
 def grasps(
@@ -113,27 +119,42 @@ def grasps(
     if gripper is None:
         raise NavigationError(FailureCode.UNSUPPORTED, "the arm has no gripper")
     scene = scene.touching(*((finger, block) for finger in gripper.finger_links))
-    for tight in (False, True):
-        found: list[Grasp] = []
-        refused: Counter[str] = Counter()
-        for candidate in candidates(item, tight=tight):
-            if candidate.width + 2.0 * SPARE > gripper.width_max:
-                refused[f"wider than the gripper opens ({gripper.width_max * 1000:.0f} mm)"] += 1
-                continue
-            opening = candidate.width + 2.0 * SPARE if tight else gripper.width_max
-            open_scene = replace(scene, width=opening)
-            try:
-                grasp = _with_motions(planner, candidate, (block, open_scene), positions, generator)
-            except NavigationError as error:
-                refused[_reason(error)] += 1
-                continue
-            checks = Collisions(planner.model, open_scene)
-            room = min(checks.distance(grasp.approach[-1]), ROOM)
-            found.append(replace(grasp, cost=grasp.cost + PER_METRE * (ROOM - room)))
-        if found:
-            return sorted(found, key=lambda grasp: grasp.cost)
-    reasons = "; ".join(f"{count} {reason}" for reason, count in refused.most_common(4))
-    raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {reasons}")
+    plain, reasons = _free(planner, candidates(item), (block, scene), positions, generator)
+    if plain:
+        return plain
+    tight = candidates(item, tight=True)
+    found, _ = _free(planner, tight, (block, scene), positions, generator)
+    if found:
+        return found
+    words = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common(4))
+    raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {words}")
+
+
+def _free(
+    planner: ArmPlanner, tried: Iterable[_Candidate], target: tuple[str, Scene],
+    positions: FloatArray, generator: np.random.Generator,
+) -> tuple[list[Grasp], Counter[str]]:  # fmt: skip
+    """Return the grasps with free motions, the cheapest first, and why the others have none."""
+    found: list[Grasp] = []
+    refused: Counter[str] = Counter()
+    block, scene = target
+    assert planner.model.description.gripper is not None
+    widest = planner.model.description.gripper.width_max
+    for candidate in tried:
+        needed = candidate.width + 2.0 * SPARE
+        if needed > widest:
+            refused[f"wider than the gripper opens ({widest * 1000:.0f} mm)"] += 1
+            continue
+        open_scene = replace(scene, width=needed if candidate.tight else widest)
+        try:
+            grasp = _with_motions(planner, candidate, (block, open_scene), positions, generator)
+        except NavigationError as error:
+            refused[_reason(error)] += 1
+            continue
+        checks = Collisions(planner.model, open_scene)
+        room = min(checks.distance(grasp.approach[-1]), ROOM)
+        found.append(replace(grasp, cost=grasp.cost + PER_METRE * (ROOM - room)))
+    return sorted(found, key=lambda grasp: grasp.cost), refused
 
 
 def candidates(item: SceneObject, *, tight: bool = False) -> Iterator[_Candidate]:
@@ -157,14 +178,17 @@ def candidates(item: SceneObject, *, tight: bool = False) -> Iterator[_Candidate
             side = "from above" if outward[2] > 0.7 else f"from {'+' if sign > 0 else '-'}"
             side += "" if outward[2] > 0.7 else names[normal]
             for finger in {0, 1, 2} - {normal}:
-                for way in (1.0, -1.0):
+                (along,) = {0, 1, 2} - {normal, finger}
+                aside = size[along] / 2.0 - PAD if tight else 0.0
+                offsets = (0.0, aside, -aside) if aside > PAD else (0.0,)
+                for way, offset in product((1.0, -1.0), offsets):
                     tool = np.eye(4)
                     tool[:3, 2] = -outward
                     tool[:3, 1] = way * turn[:, finger]
                     tool[:3, 0] = np.cross(tool[:3, 1], tool[:3, 2])
-                    tool[:3, 3] = tip
+                    tool[:3, 3] = tip + offset * turn[:, along]
                     yield _Candidate(
-                        f"{side}, fingers along {names[finger]}", tool, float(size[finger])
+                        f"{side}, fingers along {names[finger]}", tool, float(size[finger]), tight
                     )
 
 

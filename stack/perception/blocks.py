@@ -112,13 +112,13 @@ class _Group:
 class BlockDetector:
     """Detector of blocks; searches the same pictures once.
 
-    Args:
+    Attributes:
         base_from_link: (4, 4) pose in the base frame of the arm's base link, in which the blocks
             are reported.
     """
 
     def __init__(self, base_from_link: FloatArray) -> None:
-        self._base_from_link = base_from_link
+        self.base_from_link = base_from_link
         self._last: tuple[Image, DepthImage, tuple[Block, ...]] | None = None
 
     def detect(self, image: Image, depth: DepthImage) -> tuple[Block, ...]:
@@ -132,7 +132,7 @@ class BlockDetector:
         if last is None or last[0] is not image or last[1] is not depth:
             groups = _groups(_view(image, depth))
             found = tuple(
-                _block(group, groups, self._base_from_link, depth.stamp)
+                _block(group, groups, self.base_from_link, depth.stamp)
                 for group in groups if group.face is not None
             )  # fmt: skip
             self._last = last = image, depth, found
@@ -145,7 +145,7 @@ class BlockDetector:
         """
         half = np.maximum(block.size / 2.0 - INSIDE, 0.0)
         local = half * np.array(list(product((-1.0, -0.5, 0.0, 0.5, 1.0), repeat=3)))
-        to_optical = inverse(depth.camera.base_from_optical()) @ self._base_from_link @ block.pose
+        to_optical = inverse(depth.camera.base_from_optical()) @ self.base_from_link @ block.pose
         points = local @ to_optical[:3, :3].T + to_optical[:3, 3]
         pixels = np.nan_to_num(depth.camera.project(points), nan=-1.0)
         column, row = np.floor(pixels).astype(np.int64).T

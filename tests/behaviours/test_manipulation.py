@@ -15,7 +15,7 @@ from behaviours.manipulation.detect_blocks import DetectBlocks
 from behaviours.manipulation.home_arm import HomeArm
 from behaviours.manipulation.move_arm import MoveArm
 from behaviours.manipulation.open_gripper import OpenGripper
-from behaviours.manipulation.pick import Pick
+from behaviours.manipulation.pick import ELSEWHERE, LOOK, Pick
 from behaviours.manipulation.place import Place
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.errors import ParameterError
@@ -190,6 +190,31 @@ class TestPick:
         assert robot.calls[0][1]["block"] is near and robot.arm.held is near
         assert robot.calls[3][1]["touching"] == (near,)
         assert (behaviour.picked, behaviour.width) == ("red", 0.05)
+
+    @pytest.mark.parametrize("off", [0.003, 0.03])
+    def test_a_block_that_a_closer_look_finds_elsewhere_is_grasped_there(self, robot, off):
+        shown, found = block(0.5, -0.1), block(0.5 + off, -0.1)
+        robot.arm.see([shown])
+        robot.arm.grasps = (grasp("from above"),)
+        robot.hand_camera, robot.closer = "hand", found
+        assert answer(Pick(), robot) is Status.SUCCESS
+        again = ["plan_grasps", "move", "move_joints"] if off > ELSEWHERE else []
+        assert names(robot) == [*again, *STEPS]
+        planned = [given["block"] for name, given in robot.calls if name == "plan_grasps"]
+        assert planned[-1] is (found if off > ELSEWHERE else shown)
+
+    def test_without_a_closer_picture_the_grasp_goes_on(self, robot):
+        robot.arm.see([block(0.5, -0.1)])
+        robot.arm.grasps = (grasp("from above"),)
+        robot.hand_camera = "hand"
+        behaviour = Pick()
+        tick(behaviour, robot)
+        for _ in range(2):
+            robot.task.succeed()
+            tick(behaviour, robot)
+        assert behaviour.feedback_message == "looking closer"
+        tick(behaviour, robot, LOOK + 0.1)
+        assert names(robot)[-1] == "move_tool"
 
     def test_blocks_on_a_spared_box_are_left_alone(self, robot):
         robot.arm.see([block(0.55, 0.4, 0.045)])

@@ -16,6 +16,7 @@ from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters
 from stack.navigation.plans.arm_plans import ArmPlans
 from stack.perception.blocks import BlockDetector
+from stack.perception.calibration_watch import CalibrationWatch
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
@@ -138,7 +139,7 @@ class Rig:
             robot=world.robot, now=toy.now, frames=world.frames, estimator=self.estimator,
             camera=self.camera, depth_camera=CameraLease(), objects=None, places=None,
             detector=self.detector, lines=None, coloured=None,
-            block_detector=BlockDetector(np.eye(4)),
+            block_detector=BlockDetector(np.eye(4)), calibration=CalibrationWatch(), emit=toy.emit,
         )  # fmt: skip
         plans = ArmPlans(world.robot, 0, print, is_real_time=False)
         self.robot = StackRobot(
