@@ -17,7 +17,12 @@ import numpy as np
 from robots.declared import ARM
 from robots.urdf.model import Joint, RobotModel
 from stack.documents import Mark, Node, Section
-from stack.drivetrain.arm_description import ArmDescription, GripperDescription, JointLimits
+from stack.drivetrain.arm_description import (
+    HOME,
+    ArmDescription,
+    GripperDescription,
+    JointLimits,
+)
 from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray
 
@@ -28,7 +33,6 @@ otherwise: less than what industrial arms of this size can do."""
 OPPOSITE = -0.99
 """Cosine of the angle between the axes of two fingers."""
 
-HOME = "home"
 MOVABLE = ("revolute", "continuous", "prismatic")
 
 TOOL = Declaration(

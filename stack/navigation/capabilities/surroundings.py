@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
+from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.tree import inverse
-from stack.manipulation.scene import Box, Scene, SceneObject
+from stack.manipulation.scene import Box, Cylinder, Scene, SceneObject
 from stack.parameters import suggestion
 from stack.types import Block, FloatArray
+
+SPARE = 0.5
+"""Metres beyond the arm's reach up to which objects count: the hand may hold something long."""
 
 SAME = 0.02
 """Metres between two places of a block that was seen twice."""
@@ -28,14 +33,22 @@ class Held:
 
 
 class Surroundings:
-    """Boxes around an arm by name. Poses of blocks are in the arm's base link.
+    """Objects around an arm, whose base may drive. Poses of blocks are in the odom frame.
+
+    A block is seen from where the base stands. The odom frame is the one in which it stays there
+    exactly, until the base drives: corrections of the pose on the map do not move it.
 
     Args:
-        boxes: that are known, map frame.
+        boxes: that are known and have names, map frame.
+        others: known objects that are only avoided, map frame.
+        reach: of the arm from its base link, metres.
     """
 
-    def __init__(self, boxes: Sequence[SceneObject]) -> None:
+    def __init__(
+        self, boxes: Sequence[SceneObject], others: Sequence[SceneObject] = (), reach: float = inf
+    ) -> None:
         self._boxes = {item.name: item for item in boxes}
+        self._others, self._reach = tuple(others), reach
         self._blocks: dict[str, Block] = {}
         self.held: Held | None = None
 
@@ -44,7 +57,7 @@ class Surroundings:
 
         Args:
             blocks: all that are there.
-            tool: (4, 4) of the tool, base link.
+            tool: (4, 4) of the tool, odom frame.
         """
         self._blocks = {}
         for block in blocks:
@@ -64,7 +77,7 @@ class Surroundings:
         return name
 
     def hold(self, block: Block, tool: FloatArray, width: float) -> None:
-        """The hand has grasped a block, with the tool (4, 4) in the base link."""
+        """The hand has grasped a block, with the tool (4, 4) in the odom frame."""
         name = self.name_of(block)
         self._blocks.pop(name)
         self.held = Held(name, block, inverse(tool) @ block.pose, width)
@@ -102,15 +115,23 @@ class Surroundings:
         assert isinstance(item.shape, Box)
         return link_from_map @ item.pose, np.array(item.shape.size)
 
-    def scene(self, link_from_map: FloatArray) -> Scene:
-        """Return all of it.
+    def scene(self, link_from_map: FloatArray, link_from_odom: FloatArray) -> Scene:
+        """Return all that the arm may reach, in the frame of its base link.
 
         Args:
             link_from_map: (4, 4) base link <- map.
+            link_from_odom: (4, 4) base link <- odom.
         """
-        boxes = (replace(it, pose=link_from_map @ it.pose) for it in self._boxes.values())
-        blocks = (_object(name, block, block.pose) for name, block in self._blocks.items())
-        scene = Scene((*boxes, *blocks))
+        known = (
+            replace(item, pose=link_from_map @ item.pose)
+            for item in (*self._boxes.values(), *self._others)
+        )
+        seen = (
+            _object(name, block, link_from_odom @ block.pose)
+            for name, block in self._blocks.items()
+        )
+        near = self._reach + SPARE
+        scene = Scene(tuple(item for item in (*known, *seen) if _away(item) < near))
         if self.held is None:
             return scene
         held = _object(self.held.name, self.held.block, self.held.in_tool)
@@ -125,6 +146,17 @@ class Surroundings:
         return name
 
 
+def _away(item: SceneObject) -> float:
+    """Distance from the origin to a box or a cylinder, metres."""
+    if isinstance(item.shape, Box):
+        half = np.array(item.shape.size) / 2.0
+    else:
+        assert isinstance(item.shape, Cylinder)
+        half = np.array((item.shape.radius, item.shape.radius, item.shape.length / 2.0))
+    local = item.pose[:3, :3].T @ item.pose[:3, 3]
+    return float(np.linalg.norm(np.maximum(np.abs(local) - half, 0.0)))
+
+
 def _distance(one: FloatArray, other: FloatArray) -> float:
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
 
@@ -132,3 +164,22 @@ def _distance(one: FloatArray, other: FloatArray) -> float:
 def _object(name: str, block: Block, pose: FloatArray) -> SceneObject:
     length, width, height = block.size.tolist()
     return SceneObject(name, Box((length, width, height)), pose)
+
+
+def reach_of(robot: RobotDescription) -> float:
+    """Return how far the tool of an arm can be from its base link at most, metres; 0 without one.
+
+    A joint that slides adds its travel.
+    """
+    if robot.arm is None:
+        return 0.0
+    arm, above = robot.arm, {joint.child: joint for joint in robot.links}
+    limits = zip(arm.joints, arm.limits.lower, arm.limits.upper, strict=True)
+    travel = {name: max(abs(float(low)), abs(float(high))) for name, low, high in limits}
+    length, link = 0.0, arm.tool_link
+    while link != arm.base_link:
+        joint = above[link]
+        length += float(np.linalg.norm(joint.origin[:3, 3]))
+        length += travel[joint.name] if joint.kind == "prismatic" else 0.0
+        link = joint.parent
+    return length

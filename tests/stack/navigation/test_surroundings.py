@@ -29,7 +29,7 @@ def around():
 
 
 def test_boxes_of_the_map_stand_in_the_frame_of_the_arm(around):
-    scene = around.scene(np.linalg.inv(AT_MAP))
+    scene = around.scene(np.linalg.inv(AT_MAP), np.eye(4))
     # 0.5 m along y of the map is 0.5 m ahead of the arm; the middle of the top is 2 cm below it.
     assert scene.objects[0].pose[:3, 3] == pytest.approx((0.5, 0.0, -0.02), abs=1e-12)
     pose, size = around.box("the bench", np.linalg.inv(AT_MAP))
@@ -43,13 +43,13 @@ def test_names_are_unique_and_a_block_is_known_by_its_place(around):
     assert list(around.blocks) == ["red block", "red block 2", "blue block"]
     assert around.name_of(block(0.605, 0.0)) == "red block 2"
     assert around.name_of(block(0.4, 0.0)) == "red block 3"
-    assert len(around.scene(np.eye(4)).objects) == 5
+    assert len(around.scene(np.eye(4), np.eye(4)).objects) == 5
 
 
 def test_a_held_block_moves_with_the_tool_and_stays_where_it_is_released(around):
     around.see([block(0.5, 0.0)], None)
     around.hold(block(0.5, 0.0), tool(0.5, 0.0), 0.05)
-    scene = around.scene(np.eye(4))
+    scene = around.scene(np.eye(4), np.eye(4))
     assert [item.name for item in scene.objects] == ["the bench"]
     assert (scene.held.name, scene.width) == ("red block", 0.05)
     # The block is 5 mm below the tool, which looks down: +5 mm along its z.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stack.drivetrain.arm_description import ArmDescription, GripperDescription
+from stack.drivetrain.arm_description import HOME, ArmDescription, GripperDescription
 from stack.errors import BodyError
 from stack.sim.physics.engine import FingerState, JointReading, PhysicsArm
 
@@ -47,7 +47,7 @@ class BulletArm(PhysicsArm):
         self._fingers = [numbers[name] for name in _finger_names(description.gripper)]
         count = len(self._joints)
         self._gains = [POSITION_GAIN] * count, [VELOCITY_GAIN] * count
-        self.place(description.postures["home"].tolist())
+        self.place(description.postures[HOME].tolist())
         if self._gripper is not None:
             self._prepare_fingers(self._gripper)
 
