@@ -95,6 +95,7 @@ class StackArm(Arm):
         self._stops = False
         self._planning: _Planning | None = None
         self._motion: tuple[MotionTask, JointTrajectory] | None = None
+        self._waiting: tuple[MotionTask, JointTrajectory] | None = None
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -158,7 +159,7 @@ class StackArm(Arm):
     @property
     def is_busy(self) -> bool:
         """Whether a motion or a search for grasps is planned or under way."""
-        return self._planning is not None or self._motion is not None
+        return any(it is not None for it in (self._planning, self._waiting, self._motion))
 
     @property
     def is_at_home(self) -> bool:
@@ -170,7 +171,8 @@ class StackArm(Arm):
         self._check(trajectory)
         self.cancel("a newer motion of the arm")
         task = MotionTask("move the arm", self._ended)
-        self._begin(task, trajectory)
+        self._waiting = task, trajectory
+        self._begin_once_standing(self._now.perceived)
         return task
 
     def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> MotionTask:
@@ -209,8 +211,9 @@ class StackArm(Arm):
 
     def cancel(self, why: str = "cancelled") -> None:
         """Cancel the motion; the arm stops."""
-        if self._motion is not None:
-            self._motion[0].cancel(why)
+        for begun in (self._motion, self._waiting):
+            if begun is not None:
+                begun[0].cancel(why)
         if self._planning is not None:
             self._planning.task.cancel(why)
 
@@ -218,6 +221,8 @@ class StackArm(Arm):
         """Follow the task; return a new trajectory, and whether the arm shall stop."""
         if self._planning is not None and not held:
             self._prepare(self._planning, perceived)
+        if not held:
+            self._begin_once_standing(perceived)
         new, self._new = self._new, None
         if new is None and self._motion is not None:
             self._watch(*self._motion, perceived)
@@ -247,6 +252,12 @@ class StackArm(Arm):
         elif answer is not None:
             self._planning = None
             planning.use(answer)
+
+    def _begin_once_standing(self, perceived: Perceived) -> None:
+        """Begin a motion that needs no plan if the base stands."""
+        if self._waiting is not None and perceived.motion.twist.stands:
+            (task, trajectory), self._waiting = self._waiting, None
+            self._begin(task, trajectory)
 
     def _begin(self, task: MotionTask, trajectory: JointTrajectory) -> None:
         self._timer.start(self._now.perceived.time)
@@ -299,6 +310,7 @@ class StackArm(Arm):
             if self._planning.answer is not None:
                 self._planning.answer.drop()
             self._planning = None
+        self._waiting = None
         if self._motion is not None:
             self._motion, self._new, self._stops = None, None, True
 
