@@ -161,7 +161,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     assert height is not None
     assert model is not None and placement is not None and simulated is not None
     driven = () if arm is None else arm.all_joints
-    text = physics_urdf(simulated, placement.base, placement.turned, findings, driven)
+    text = physics_urdf(simulated, placement.base, placement.turned, findings, driven, fixed=fixed)
     findings.raise_errors()
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
