@@ -14,9 +14,10 @@ from math import cos, inf, radians, sin
 
 import numpy as np
 
+from robots.arm_on_wheels import bodies_at_home, check_arm_at_home, links_of_arm
 from robots.declared import DIFFERS, URDF
 from robots.urdf.extent import points_of, radii_of, shapes_of
-from robots.urdf.model import Joint, RobotModel, combined, inertial_of
+from robots.urdf.model import Joint, RobotModel, combined
 from robots.urdf.sensors import ModelledSensor, sensors_of
 from stack.documents import Node, Section
 from stack.drivetrain.description import RobotDescription
@@ -214,7 +215,7 @@ def compare_body(
     top: Section, model: RobotModel, base: FloatArray, robot: RobotDescription
 ) -> None:
     """Warn of shapes outside footprint and height, and of sensors away from their links."""
-    of_arm = _links_of_arm(model, robot)
+    of_arm = links_of_arm(model, robot)
     points = {
         name: points_of(model, name, "collision", meshes=False) - base
         for name in model.links
@@ -236,14 +237,7 @@ def compare_body(
     if robot.drivetrain.moves:
         _check_supports(top, model, points)
         _check_tipping(top, model, base, robot)
-
-
-def _links_of_arm(model: RobotModel, robot: RobotDescription) -> set[str]:
-    """The links that an arm moves: they are not part of the outline."""
-    if robot.arm is None:
-        return set()
-    first = model.joints[robot.arm.joints[0]]
-    return {first.child, *(joint.child for joint in model.downwards(first.child))}
+        check_arm_at_home(top, model, base, robot)
 
 
 def _check_supports(top: Section, model: RobotModel, points: Mapping[str, FloatArray]) -> None:
@@ -264,17 +258,12 @@ def _check_supports(top: Section, model: RobotModel, points: Mapping[str, FloatA
 def _check_tipping(
     top: Section, model: RobotModel, base: FloatArray, robot: RobotDescription
 ) -> None:
-    """Warn of an emergency stop that lifts the rear wheels.
+    """Warn of an emergency stop that lifts the rear wheels; an arm is at `home`.
 
     They carry nothing at a deceleration of g d / h, with the centre of mass h above the floor and d
     behind the foremost point on which the robot stands; none is beyond the footprint.
     """
-    parts = [
-        inertial.moved(model.poses[name])
-        for name, link in model.links.items()
-        if (inertial := inertial_of(link)) is not None
-    ]
-    centre = combined(parts).centre - base
+    centre = combined(bodies_at_home(model, robot)).centre - base
     ahead = float(robot.footprint.points[:, 0].max()) - centre[0]
     if centre[2] <= 0.0 or ahead <= 0.0:
         return

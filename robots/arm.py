@@ -1,7 +1,8 @@
 """Reader of the section `arm` of robot.yaml: chain, limits and gripper are found in the URDF.
 
-The chain is the movable joints from the root to the link of the gripper, or to `tool`. A gripper
-is two prismatic joints below one link that travel in opposite directions.
+The chain is the movable joints from the root to the link of the gripper, or to `tool`; without both
+it ends where it divides. A gripper is two prismatic joints below one link that travel in opposite
+directions.
 Code: E304.
 """
 
@@ -17,7 +18,12 @@ import numpy as np
 from robots.declared import ARM
 from robots.urdf.model import Joint, RobotModel
 from stack.documents import Mark, Node, Section
-from stack.drivetrain.arm_description import ArmDescription, GripperDescription, JointLimits
+from stack.drivetrain.arm_description import (
+    HOME,
+    ArmDescription,
+    GripperDescription,
+    JointLimits,
+)
 from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray
 
@@ -28,7 +34,6 @@ otherwise: less than what industrial arms of this size can do."""
 OPPOSITE = -0.99
 """Cosine of the angle between the axes of two fingers."""
 
-HOME = "home"
 MOVABLE = ("revolute", "continuous", "prismatic")
 
 TOOL = Declaration(
@@ -124,6 +129,8 @@ class _Finder:
         fingers = pairs[-1] if pairs else None
         end = fingers.hand if fingers is not None else tool or self._farthest()
         chain = [joint for joint in self._above(end) if joint.kind in MOVABLE]
+        if fingers is None and not tool:
+            chain = self._before_branches(chain)
         if not chain:
             sentence = f"no movable joint leads from {model.root!r} to {end!r}"
             self._error(f"the URDF has no arm: {sentence}", "describe its joints in the URDF")
@@ -197,6 +204,21 @@ class _Finder:
             for link in self._model.links
         }
         return max(depth, key=lambda link: depth[link])
+
+    def _before_branches(self, chain: list[Joint]) -> list[Joint]:
+        """Return the joints up to the body that carries several others: fingers of any kind."""
+        for number, joint in enumerate(chain):
+            if len(list(self._next(joint.child))) > 1:
+                return chain[: number + 1]
+        return chain
+
+    def _next(self, link: str) -> Iterator[Joint]:
+        """Yield the movable joints of the body that a link belongs to."""
+        for joint in self._model.joints_below(link):
+            if joint.kind in MOVABLE:
+                yield joint
+            else:
+                yield from self._next(joint.child)
 
     def _limits_of(self, joint: Joint) -> tuple[float, float, float, float] | None:
         """Return lower, upper, velocity and effort; None if one is missing, which is reported."""

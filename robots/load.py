@@ -19,11 +19,8 @@ from robots.arm import read_arm
 from robots.bodies import find_body
 from robots.declared import (
     FOOTPRINT,
-    PACKAGES,
     RADIUS,
     SHAPE,
-    URDF,
-    URDF_FILE,
     X,
     Y,
 )
@@ -36,6 +33,7 @@ from robots.fixed_base import (
     read_mount,
     standing,
 )
+from robots.named_urdf import read_model, read_source
 from robots.sensor_drivers.kinds import checked_parameters
 from robots.sensors import (
     check_links,
@@ -48,11 +46,8 @@ from robots.sensors import (
     read_lidar,
     read_sonar,
 )
-from robots.urdf.model import RobotModel
 from robots.urdf.one_axle import on_one_axle
-from robots.urdf.packages import PackageSearch
 from robots.urdf.physics import physics_urdf
-from robots.urdf.reading import UrdfSource, read_urdf
 from robots.wheels import (
     as_modelled,
     check_joints,
@@ -60,7 +55,7 @@ from robots.wheels import (
     read_skid,
     read_wheels,
 )
-from stack.documents import Finding, Findings, Node, Section, read_document
+from stack.documents import Findings, Node, Section, read_document
 from stack.drivetrain.description import (
     BASE,
     BatteryDescription,
@@ -132,8 +127,8 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     fixed = is_fixed(top)
     footprint, height = _footprint(top, required=not fixed), read_height(top, fixed=fixed)
     wheels = NoWheels() if fixed else read_wheels(top)
-    source = _source(top, path)
-    model = None if source is None else _model(top, source)
+    source = read_source(top, path)
+    model = None if source is None else read_model(top, source)
     mount, arm = read_mount(top, fixed=fixed), read_arm(top, model)
     limits = parameters_of(top.section("limits"), Limits)
     check_lateral_speed(top, wheels, limits)
@@ -166,7 +161,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     assert height is not None
     assert model is not None and placement is not None and simulated is not None
     driven = () if arm is None else arm.all_joints
-    text = physics_urdf(simulated, placement.base, placement.turned, findings, driven)
+    text = physics_urdf(simulated, placement.base, placement.turned, findings, driven, fixed=fixed)
     findings.raise_errors()
     robot = RobotDescription(
         name, footprint, height, source.path, wheels, limits, odometry, lidar, camera, imu,
@@ -251,72 +246,6 @@ def _polygon(top: Section, node: Node, points: FloatArray) -> Footprint | None:
         top.findings.add(FOOTPRINT, node.mark, sentence, hint)
         return None
     return Footprint(points if area > 0 else points[::-1].copy())
-
-
-def _source(top: Section, path: Path) -> UrdfSource | None:
-    """Read `urdf`: a file name, or a mapping with the file, packages and arguments of xacro."""
-    node = top.node_of("urdf", required=True)
-    if node is None:
-        return None
-    if not node.is_mapping:
-        if isinstance(node.value, str):
-            return UrdfSource(_file(top, node, node.value, path))
-        top.findings.add(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
-        return None
-    section = top.part("urdf", node)
-    file, packages = section.value(URDF_FILE), section.value(PACKAGES)
-    arguments = section.section("arguments")
-    entries = arguments.node.entries if arguments is not None else ()
-    section.done()
-    if file is None or packages is None:
-        return None
-    given = {f"{key.value}": _argument(value.value) for key, value in entries}
-    folders = tuple(path.parent / Path(folder).expanduser() for folder in packages)
-    at = section.node.get(URDF_FILE.name) or node
-    return UrdfSource(_file(top, at, file, path, folders), folders, given)
-
-
-def _file(
-    top: Section, node: Node, named: str, path: Path, packages: tuple[Path, ...] = ()
-) -> Path:
-    """The URDF that a robot file names: a path beside it, or `package://NAME/path`."""
-    found = PackageSearch(path, packages).resolve(named, path.parent)
-    if found is None:
-        package = named.partition("://")[2].partition("/")[0]
-        sentence = f"urdf: {named}: the package {package!r} is not found"
-        hint = "install the Python or ROS package, or list its folder: urdf: {file, packages}"
-        top.findings.add(URDF, node.mark, sentence, hint)
-    return found or path.parent / named
-
-
-def _argument(value: object) -> str:
-    """An argument as xacro has it: true and false in lower case."""
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _model(top: Section, source: UrdfSource) -> RobotModel | None:
-    """The links and joints of the URDF; its findings are added to those of the robot file."""
-    node = top.node_of("urdf")
-    assert node is not None
-    node = node.get(URDF_FILE.name) or node
-    try:
-        root, warnings = read_urdf(source)
-        top.findings.items += warnings
-        return RobotModel(root)
-    except InputError as error:
-        near = [file.name for file in source.path.parent.glob("*.urdf")]
-        top.findings.items += _at(node, error, suggestion(source.path.name, near))
-        return None
-
-
-def _at(node: Node, error: InputError, hint: str) -> list[Finding]:
-    """The findings of a URDF; of one that cannot be opened, at its name in robot.yaml."""
-    return [
-        Finding(node.mark, URDF, f"urdf: {node.value!r}: {item.sentence}", item.hint or hint)
-        if item.code in ("E001", "E002")
-        else item
-        for item in error.findings
-    ]
 
 
 def _body(top: Section) -> tuple[str, dict[str, Any]]:

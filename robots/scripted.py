@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from stack.body import DEAD_MAN, Body, BodyCommand, BodyHealth
-from stack.drivetrain.arm_description import ArmDescription
+from stack.drivetrain.arm_description import HOME, ArmDescription
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import moved, scaled, share_within_limits
 from stack.schedule import Schedule
@@ -92,7 +92,7 @@ class IdealArm:
         self._description = description
         self._trajectory: JointTrajectory | None = None
         self._time, self._holds = 0.0, False
-        self._positions = description.postures["home"]
+        self._positions = description.postures[HOME]
         self._velocities = np.zeros_like(self._positions)
         self._width = 0.0 if description.gripper is None else description.gripper.width_max
 

@@ -58,15 +58,20 @@ def new_robot(
         typer.Option("--set", metavar="NAME=VALUE", help="argument of a xacro file; repeatable"),
     ] = None,
 ) -> None:
-    """Create a robot.yaml for a URDF: its drive, outline and sensors."""
+    """Create a robot.yaml for a URDF: its drive, arm, outline and sensors."""
     from missions.cli.arguments import assignments
     from missions.inspection.file_scaffold import new_robot as write
 
     given = assignments(arguments or [], example="use_sim=true")
     file, proposal = write(name, folder, urdf, packages or [], given)
-    typer.echo(f"wrote {file}: drive {proposal.drive}, mass {proposal.mass:.3g} kg\n")
-    typer.echo("Correct `limits`, and what the URDF does not know of the sensors.")
+    arm = f"arm of {proposal.joints} joints, " if proposal.joints else ""
+    typer.echo(f"wrote {file}: drive {proposal.drive}, {arm}mass {proposal.mass:.3g} kg\n")
     path = file if file.is_absolute() else f"./{file}"
+    if proposal.drive == "none":
+        typer.echo("Correct `mount`, `home` and what the URDF does not know of the sensors.")
+        typer.echo(f"Check it:  treepilot check {path}\nSee it:    treepilot frames {path}")
+        return
+    typer.echo("Correct `limits`, and what the URDF does not know of the sensors.")
     typer.echo(f"Check it:  treepilot check {path}\nDrive it:  treepilot drive --robot {path}")
 
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import atan2, ceil, degrees, floor, hypot, pi, remainder
 
 import numpy as np
 
-from robots.proposal.drive import propose_drive
+from robots.proposal.arm import arm_lines, propose_arm
+from robots.proposal.drive import DriveProposal, propose_drive
 from robots.urdf.extent import points_of
 from robots.urdf.model import RobotModel
 from robots.urdf.reading import UrdfSource, read_urdf
 from robots.urdf.sensors import ModelledSensor, numbers_of, sensors_of
+from stack.drivetrain.arm_description import HOME, ArmDescription
+from stack.errors import InputError
 from stack.types import FloatArray
 
 ROUND = 0.9
@@ -22,16 +25,30 @@ ROUND = 0.9
 LEAST_HEIGHT = 0.03
 """Of a lidar above the floor, metres."""
 
+FIXED = (
+    "# No drive is recognised: the robot stands where a mission starts.",
+    "mount: {height: 0}                   # of the root above the floor, on a column",
+)
+"""Lines of a robot without wheels."""
+
 FULL_TURN = 2.0 * pi - 0.02
 """Field of view from which on a lidar sees all around, radians."""
 
 
 @dataclass(frozen=True)
 class RobotProposal:
-    """A proposed robot file: its text, the kind of drive, and the robot's mass in kg."""
+    """A proposed robot file.
+
+    Attributes:
+        text: of the file.
+        drive: its kind; `none` for an arm on a fixed base.
+        joints: number of those of the arm; 0 without one.
+        mass: of the robot, kg.
+    """
 
     text: str
     drive: str
+    joints: int
     mass: float
 
 
@@ -44,20 +61,53 @@ def propose_robot(source: UrdfSource, name: str, urdf: str) -> RobotProposal:
         urdf: value of the key `urdf`.
 
     Raises:
-        InputError: the URDF has errors, or no kind of drive fits it.
+        InputError: the URDF has errors, or there is neither an arm nor a drive that is known.
     """
     model = RobotModel(read_urdf(source)[0])
-    drive = propose_drive(model)
-    outline, height = _outline(model, drive.base)
+    arm = propose_arm(model)
+    drive = _drive(model, arm)
     named = name or re.sub(r"\W+", "_", model.element.name).strip("_").lower() or "robot"
+    where = "below the root of the URDF" if drive is None else "midway between the driven wheels"
     lines = [
         f"# Proposed from {source.path.name}. Lengths in metres, in the base frame: on the floor,",
-        "# midway between the driven wheels. `treepilot check` compares this file with the URDF.",
+        f"# {where}. `treepilot check` compares this file with the URDF.",
         f"robot: {named}",
         "format: 1",
+        f"urdf: {urdf}",
+        *(FIXED if drive is None else _driven(model, drive, arm)),
+        *([] if arm is None else arm_lines(arm)),
+        *_sensors(model, np.zeros(3) if drive is None else drive.base),
+    ]
+    kind = "none" if drive is None else drive.kind
+    return RobotProposal("\n".join(lines) + "\n", kind, 0 if arm is None else len(arm.joints),
+                         model.mass)  # fmt: skip
+
+
+def _drive(model: RobotModel, arm: ArmDescription | None) -> DriveProposal | None:
+    """Return the drive; None of an arm on a fixed base.
+
+    Raises:
+        InputError: no kind of drive fits, and there is no arm.
+    """
+    try:
+        return propose_drive(model)
+    except InputError:
+        if arm is None:
+            raise
+        return None
+
+
+def _driven(model: RobotModel, drive: DriveProposal, arm: ArmDescription | None) -> list[str]:
+    """Return the lines of a base with wheels; an arm is at `home` while it drives."""
+    home = {} if arm is None else dict(zip(arm.joints, arm.postures[HOME].tolist(), strict=True))
+    outline, height = _outline(model, drive.base, home)
+    lidar = [] if _lidars(model, drive.base) else [
+        "lidar:                               # the URDF has none: correct or remove it",
+        f"  {{position: [0, 0], height: {max(height, LEAST_HEIGHT):g}}}",
+    ]  # fmt: skip
+    return [
         f"footprint: {outline}",
         f"height: {height:g}",
-        f"urdf: {urdf}",
         "wheels:",
         f"  drive: {drive.kind}",
         *(f"  {line}" for line in drive.lines),
@@ -66,15 +116,21 @@ def propose_robot(source: UrdfSource, name: str, urdf: str) -> RobotProposal:
         "  linear_speed: 0.5 m/s",
         *(f"  {line}" for line in drive.limits),
         "  angular_speed: 1.5 rad/s",
-        *_sensors(model, drive.base, height),
+        *lidar,
     ]
-    return RobotProposal("\n".join(lines) + "\n", drive.kind, model.mass)
 
 
-def _outline(model: RobotModel, base: FloatArray) -> tuple[str, float]:
-    """The footprint and the height, by the collision shapes, or without any by the visual ones."""
+def _outline(model: RobotModel, base: FloatArray, joints: Mapping[str, float]) -> tuple[str, float]:
+    """The footprint and the height, by the collision shapes, or without any by the visual ones.
+
+    Args:
+        model: of the robot.
+        base: (3,) origin of the base frame in the root's frame.
+        joints: positions of those that are not at 0.
+    """
+    poses = model.posed(joints)
     for tag in ("collision", "visual"):
-        found = [points_of(model, name, tag, meshes=True) for name in model.links]
+        found = [points_of(model, name, tag, meshes=True, at=poses[name]) for name in model.links]
         points = np.concatenate(found) - base
         if len(points):
             break
@@ -89,13 +145,15 @@ def _outline(model: RobotModel, base: FloatArray) -> tuple[str, float]:
     return "[" + ", ".join(f"[{x:g}, {y:g}]" for x, y in corners) + "]", top
 
 
-def _sensors(model: RobotModel, base: FloatArray, height: float) -> Iterable[str]:
-    found = sensors_of(model)
-    lidars = [item for item in found.get("lidar", []) if _at(item, base)[2] > LEAST_HEIGHT]
+def _lidars(model: RobotModel, base: FloatArray) -> list[ModelledSensor]:
+    return [
+        item for item in sensors_of(model).get("lidar", []) if _at(item, base)[2] > LEAST_HEIGHT
+    ]
+
+
+def _sensors(model: RobotModel, base: FloatArray) -> Iterable[str]:
+    found, lidars = sensors_of(model), _lidars(model, base)
     links = [item.link for item in lidars]
-    if not lidars:
-        yield "lidar:                               # the URDF has none: correct or remove it"
-        yield f"  {{position: [0, 0], height: {max(height, LEAST_HEIGHT):g}}}"
     for number, lidar in enumerate(lidars):
         indent = "  " if number == 0 else "    "
         yield from ["lidar:"] if number == 0 else []

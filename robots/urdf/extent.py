@@ -18,7 +18,9 @@ SIDES = 24
 """Points on a circle."""
 
 
-def points_of(model: RobotModel, link: str, tag: str, *, meshes: bool) -> FloatArray:
+def points_of(
+    model: RobotModel, link: str, tag: str, *, meshes: bool, at: FloatArray | None = None
+) -> FloatArray:
     """Points (n, 3) on the shapes of a link, in the root's frame.
 
     Args:
@@ -26,14 +28,16 @@ def points_of(model: RobotModel, link: str, tag: str, *, meshes: bool) -> FloatA
         link: its name.
         tag: collision or visual.
         meshes: whether mesh files are read, which takes time; their shapes are skipped otherwise.
+        at: pose (4, 4) of the link in the root's frame; None: with all joints at 0.
     """
+    place = model.poses[link] if at is None else at
     found = []
     for part in model.links[link].all(tag):
         geometry = part.first("geometry")
         shape = None if geometry is None or not geometry.children else geometry.children[0]
         points = None if shape is None else _points(shape, meshes)
         if points is not None and len(points):
-            pose = model.poses[link] @ origin_of(part)
+            pose = place @ origin_of(part)
             found.append(points @ pose[:3, :3].T + pose[:3, 3])
     return np.concatenate(found) if found else np.empty((0, 3))
 
@@ -75,13 +79,25 @@ def _points(shape: Element, meshes: bool) -> FloatArray | None:
 
 
 def _mesh(shape: Element) -> FloatArray | None:
-    """The corners of a mesh's bounding box; None if it cannot be read."""
-    import trimesh
-
+    """The vertices of a mesh; None if it cannot be read."""
+    path = Path(shape.attributes["filename"])
     try:
-        mesh: Any = trimesh.load(Path(shape.attributes["filename"]), force="mesh", process=False)
-        low, high = np.asarray(mesh.bounds, dtype=np.float64)
+        points = _vertices_of_obj(path) if path.suffix.lower() == ".obj" else _vertices(path)
     except Exception:  # a reader for each format raises its own
         return None
     scale = [float(word) for word in shape.attributes.get("scale", "1 1 1").split()]
-    return np.array(list(product(*zip(low, high, strict=True)))) * scale
+    return points * scale
+
+
+def _vertices_of_obj(path: Path) -> FloatArray:
+    """The vertices of an OBJ file: the lines that begin with v."""
+    lines = path.read_text("utf-8", "replace").splitlines()
+    rows = [line.split()[1:4] for line in lines if line.startswith("v ")]
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _vertices(path: Path) -> FloatArray:
+    import trimesh  # costs half a second
+
+    mesh: Any = trimesh.load(path, force="mesh", process=False)
+    return np.asarray(mesh.vertices, dtype=np.float64)

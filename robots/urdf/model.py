@@ -6,17 +6,17 @@ that of the whole model. Transforms are (4, 4) arrays, metres.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from math import cos, sin
 
 import numpy as np
 
 from robots.declared import URDF
 from stack.documents import Findings
 from stack.documents.xml_file import Element
-from stack.frames.tree import FrameTree
 from stack.geometry.rotations import from_angles
 from stack.types import FloatArray, LinkJoint
 
@@ -91,11 +91,19 @@ class RobotModel:
     @cached_property
     def poses(self) -> dict[str, FloatArray]:
         """Pose of each link in the root's frame, with all joints at 0."""
-        frames = FrameTree()
-        for joint in self.joints.values():
-            frames.fix(joint.parent, joint.child, joint.origin)
-        below = (joint.child for joint in self.joints.values())
-        return {self.root: np.eye(4)} | {link: frames.lookup(self.root, link) for link in below}
+        return self.posed({})
+
+    def posed(self, positions: Mapping[str, float]) -> dict[str, FloatArray]:
+        """Return the pose of each link in the root's frame.
+
+        Args:
+            positions: of joints by name, radians or metres; others are at 0.
+        """
+        poses: dict[str, FloatArray] = {self.root: np.eye(4)}
+        for joint in self.downwards(self.root):
+            moved = _moved(joint, positions.get(joint.name, 0.0))
+            poses[joint.child] = poses[joint.parent] @ joint.origin @ moved
+        return poses
 
     @cached_property
     def _below(self) -> dict[str, list[Joint]]:
@@ -184,6 +192,18 @@ class RobotModel:
         if not self.links:
             findings.add(URDF, self.element.mark, "the URDF has no <link>")
         return root
+
+
+def _moved(joint: Joint, position: float) -> FloatArray:
+    """The transform (4, 4) that a joint's position makes, by the formula of Rodrigues."""
+    matrix = np.eye(4)
+    if joint.kind == "prismatic":
+        matrix[:3, 3] = position * joint.axis
+    elif joint.kind in TURNING and position:
+        x, y, z = joint.axis
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        matrix[:3, :3] += sin(position) * cross + (1.0 - cos(position)) * cross @ cross
+    return matrix
 
 
 def _by_name(root: Element, tag: str, findings: Findings) -> dict[str, Element]:

@@ -46,9 +46,9 @@ class Body:
     joints: tuple[Joint, ...]
 
 
-def physics_urdf(
+def physics_urdf(  # noqa: PLR0913 - what the text depends on
     model: RobotModel, base: FloatArray, turned: Mapping[str, bool], findings: Findings,
-    driven: Collection[str] = (),
+    driven: Collection[str] = (), *, fixed: bool = False,
 ) -> str:  # fmt: skip
     """The URDF for the simulation.
 
@@ -58,10 +58,11 @@ def physics_urdf(
         turned: the joints that the drive names -> whether its axis is reversed.
         findings: errors where a moving part has no mass or an impossible inertia.
         driven: the joints of an arm and its gripper.
+        fixed: whether nothing can move the base: it needs no mass.
     """
     frame = np.eye(4)
     frame[:3, 3] = -base
-    writer = _Writer(model, {**dict.fromkeys(driven, False), **turned}, findings)
+    writer = _Writer(model, {**dict.fromkeys(driven, False), **turned}, findings, fixed=fixed)
     lines = list(writer.lines(model.root, frame))
     return (
         f"<robot name={quoteattr(model.element.name or 'robot')}>\n"
@@ -77,8 +78,10 @@ def is_caster(link: Element) -> bool:
 
 
 class _Writer:
-    def __init__(self, model: RobotModel, turned: Mapping[str, bool], findings: Findings) -> None:
-        self._model, self._turned, self._findings = model, turned, findings
+    def __init__(
+        self, model: RobotModel, turned: Mapping[str, bool], findings: Findings, *, fixed: bool
+    ) -> None:
+        self._model, self._turned, self._findings, self._fixed = model, turned, findings, fixed
         self._colours = {
             material.name: colour.attributes.get("rgba", "")
             for material in model.element.within()
@@ -145,7 +148,7 @@ class _Writer:
     def _lift(self, body: Body, total: Inertial) -> float:
         """What to add to the principal moments; a finding if the body cannot move with them."""
         element, above = self._model.links[body.name], self._model.joint_above(body.name)
-        is_fixed = above is not None and not self._moves(above)
+        is_fixed = self._fixed if above is None else not self._moves(above)
         if not total.mass:
             if not is_fixed:
                 what = "moves" if above is not None else "is the base"

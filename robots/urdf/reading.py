@@ -6,17 +6,19 @@ Codes: E302 · W302 a shape that is left out.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 
 from robots.declared import LEFT_OUT, URDF
+from robots.urdf.model import RobotModel
 from robots.urdf.packages import PackageSearch
 from robots.urdf.xacro_file import expand, is_xacro, package_hint
 from stack.documents import Finding, Findings, Mark
 from stack.documents.files import MESH_BYTES, URDF_BYTES, note_input, open_regular, read_input
 from stack.documents.xml_file import Element, parse_xml
+from stack.parameters import suggestion
 
 MAX_LINKS = 200
 SMALLEST, FARTHEST = 1e-6, 100.0
@@ -64,15 +66,36 @@ class UrdfSource:
         path: of the file.
         packages: folders in which its packages are searched for, besides those near the file.
         arguments: of a xacro file.
+        attached: further URDFs that are part of the robot.
     """
 
     path: Path
     packages: tuple[Path, ...] = ()
     arguments: Mapping[str, str] = field(default_factory=dict)
+    attached: tuple[Attachment, ...] = ()
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A URDF that is fixed to a link of another one, such as an arm on a base.
+
+    Attributes:
+        source: of the URDF.
+        to: link that carries it.
+        position: of its root in the frame of this link, metres.
+        angles: roll, pitch and yaw of its root, radians.
+        mark: where the robot file names the link.
+    """
+
+    source: UrdfSource
+    to: str
+    position: Sequence[float]
+    angles: Sequence[float]
+    mark: Mark
 
 
 def read_urdf(source: UrdfSource) -> tuple[Element, list[Finding]]:
-    """Read a URDF, or expand a xacro file.
+    """Read a URDF, or expand a xacro file, with all that is attached to it.
 
     Returns:
         The element `robot`, and the warnings. Names of meshes are absolute paths; shapes that
@@ -102,7 +125,31 @@ def read_urdf(source: UrdfSource) -> tuple[Element, list[Finding]]:
     for link in links:
         _check_shapes(link, search, findings)
     findings.raise_errors()
+    for attachment in source.attached:
+        attached, warnings = read_urdf(attachment.source)
+        findings.items += warnings
+        _attach(root, attached, attachment)
     return root, findings.items
+
+
+def _attach(root: Element, attached: Element, attachment: Attachment) -> None:
+    """Add the links and joints of a URDF to those of another one, and a fixed joint between them.
+
+    Raises:
+        InputError: there is no such link to carry it, or the attached links form no tree.
+    """
+    links = [link.name for link in root.all("link")]
+    if attachment.to not in links:
+        findings, sentence = Findings(), f"attach: to: the URDF has no link {attachment.to!r}"
+        findings.add(URDF, attachment.mark, sentence, suggestion(attachment.to, links))
+        findings.raise_errors()
+    top, mark = RobotModel(attached).root, attachment.mark
+    places = {"xyz": attachment.position, "rpy": attachment.angles}
+    origin = {name: " ".join(map(repr, numbers)) for name, numbers in places.items()}
+    joint = {"name": f"{attachment.to}_to_{top}", "type": "fixed"}
+    ends = {"parent": {"link": attachment.to}, "child": {"link": top}, "origin": origin}
+    children = [Element(tag, attributes, mark) for tag, attributes in ends.items()]
+    root.children += [*attached.children, Element("joint", joint, mark, "", children)]
 
 
 def _check_numbers(element: Element, findings: Findings) -> None:

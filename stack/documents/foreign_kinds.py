@@ -42,8 +42,11 @@ def _kind(
 
 
 _XML = (
-    rb"\A(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]*\?>\s*)?(?:<!--(?s:.*?)-->\s*)*(?:<!DOCTYPE[^>]*>\s*)?"
+    rb"\A(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]*\?>\s*)?(?:<!--(?:(?!-->)(?s:.))*-->\s*)*"
+    rb"(?:<!DOCTYPE[^>]*>\s*)?"
 )
+"""What may precede the root element. A comment ends at its first -->, however many follow: the time
+grows with the length alone."""
 _UNPACK = "unpack it and give one of its files"
 _LOG = "replay it: `robot: {use: replayed, log: FILE}`, or `treepilot run MISSION --replay FILE`"
 _MESH = "name it as a `<mesh>` of a URDF or a Gazebo world"

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 
 from stack.types import FloatArray
 
+HOME = "home"
+"""The posture that every arm has: at the start, and while the base drives."""
+
 
 @dataclass(frozen=True)
 class JointLimits:

@@ -64,7 +64,8 @@ class ArmModel:
             description: of the arm.
             folders: in which `package://NAME/…` is NAME; that of the file is one of them.
             links: of the robot below its base frame, parents first, for the URDF of a simulation:
-                it has the base frame as its root, and leaves links without mass out.
+                it has the base frame as its root, leaves links without mass out, and fixes joints
+                that nothing drives.
 
         Raises:
             InputError: Pinocchio is not installed, the URDF cannot be read, or it lacks a joint or
@@ -121,7 +122,7 @@ class ArmModel:
         for joint in links:
             parent, place = places[joint.parent]
             place = place * self.pin.SE3(joint.origin)
-            if joint.kind != "fixed":
+            if joint.kind != "fixed" and whole.existJointName(joint.name):
                 parent, place = whole.getJointId(joint.name), self.pin.SE3.Identity()
             places[joint.child] = parent, place
             if whole.existFrame(joint.child):

@@ -33,6 +33,7 @@ class Activities:
         self._mission: MotionExecutor | None = None
         self._detour: MotionExecutor | None = None
         self._started: list[MotionExecutor] = []
+        self._waiting: MotionExecutor | None = None
         self.paused = self.detour_held = False
 
     @property
@@ -115,12 +116,26 @@ class Activities:
         if mission in self._started:
             self._guarded(mission, lambda: mission.resume(now))
 
-    def step(self, perceived: Perceived, parameters: NavigationParameters) -> Twist:
-        """Step the current motion; STANDSTILL without one."""
+    def step(
+        self, perceived: Perceived, parameters: NavigationParameters, *, waits: bool = False
+    ) -> Twist:
+        """Step the current motion; STANDSTILL without one.
+
+        Args:
+            perceived: in this step.
+            parameters: of navigation.
+            waits: whether the motion is paused in this step, or does not begin yet.
+        """
         self.stop_ended(perceived.time)
         executor, twist = self.current, STANDSTILL
         if executor is None:
             return STANDSTILL
+        if waits:
+            self._wait(executor, perceived.time)
+            return STANDSTILL
+        if self._waiting is executor and executor in self._started:
+            self._guarded(executor, lambda: executor.resume(perceived.time))
+        self._waiting = None
         if executor not in self._started:
             self._started.append(executor)
             self._guarded(executor, lambda: executor.start(perceived.time))
@@ -129,6 +144,11 @@ class Activities:
             twist = self._guarded(executor, call) or STANDSTILL
         self.stop_ended(perceived.time)
         return twist if executor.task.running else STANDSTILL
+
+    def _wait(self, executor: MotionExecutor, now: float) -> None:
+        self._waiting = executor
+        if executor in self._started:
+            self._guarded(executor, lambda: executor.pause(now))
 
     def cancel(self, why: str) -> None:
         """Cancel all motions, also one that is held."""

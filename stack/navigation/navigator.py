@@ -15,12 +15,12 @@ from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Drive, PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
-from stack.navigation.motion_stage import MotionStage, WantedTwist
+from stack.navigation.motion_stage import DriveInterlock, MotionStage, WantedTwist
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.recoveries import DriveForMotion
 from stack.navigation.tasks import MotionExecutor, MotionTask
 from stack.navigation.teleoperation import Teleoperation
-from stack.types import CurrentStep, Limitation, Path, Perceived, Pose2D
+from stack.types import STANDSTILL, CurrentStep, Limitation, Path, Perceived, Pose2D
 
 
 class Navigator(MotionStage):
@@ -36,6 +36,7 @@ class Navigator(MotionStage):
         now: what the step has perceived.
         cover: without a map, grows the costmaps to contain some poses.
         log: receives the tracebacks of controllers.
+        interlock: holds the base while another part of the robot is in the way.
 
     Attributes:
         localisation_monitor: decides what moves while the robot is lost.
@@ -55,8 +56,10 @@ class Navigator(MotionStage):
     def __init__(  # noqa: PLR0913 - the parts that it connects
         self, tools: DriveTools, evasion: Evasion, estimator: Estimator, now: CurrentStep,
         cover: Callable[[Iterable[Pose2D]], None], log: Callable[[str], None],
+        interlock: DriveInterlock,
     ) -> None:  # fmt: skip
-        self.tools, self._now = tools, now
+        self.tools, self._now, self._interlock = tools, now, interlock
+        self._hindrance: Limitation | None = None
         self._evasion = MotionEvasion(evasion, tools.path_follower, tools.emit)
         self.localisation_monitor = LocalisationMonitor(tools.emit, tools.period)
         self.activities = Activities(tools.emit, self.localisation_monitor, log)
@@ -115,6 +118,8 @@ class Navigator(MotionStage):
     def limitation(self) -> Limitation | None:
         """Why the motion stands in this step although it wants to drive; None if it does not."""
         motion = self._motion
+        if motion is not None and self._hindrance is not None:
+            return self._hindrance
         return motion.limitation if isinstance(motion, Drive) else None
 
     @property
@@ -146,15 +151,27 @@ class Navigator(MotionStage):
         self.tools.motions.surroundings.look(perceived)
         self._queries.step(perceived)
         self.localisation_monitor.update(perceived, self.tools.parameters)
-        wanted, motion = self.activities.step(perceived, self.tools.parameters), self._motion
+        waits = self._waits(perceived)
+        wanted = self.activities.step(perceived, self.tools.parameters, waits=waits)
+        motion = self._motion
         limit = self.localisation_monitor.speed_limit
         twist = self._evasion.step(
             wanted, perceived, motion, along_path=_follows_path(motion), limit=limit
         )
         current = self.activities.current
         return WantedTwist(
-            twist, current.order.contact if isinstance(current, DriveForMotion) else None
+            STANDSTILL if waits else twist,
+            current.order.contact if isinstance(current, DriveForMotion) else None,
         )
+
+    def _waits(self, perceived: Perceived) -> bool:
+        """Whether the base must stand in this step; a motion under way asks for a free way."""
+        self._hindrance, motion = self._interlock.hindrance(perceived), self.activities.current
+        if self._hindrance is not None and motion is not None:
+            failure = self._interlock.remove_hindrance(perceived)
+            if failure is not None:
+                motion.task.fail(failure.code, failure.sentence)
+        return self._hindrance is not None
 
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.

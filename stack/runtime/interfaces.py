@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from stack.body import Body, SimulationEvent
-from stack.navigation.capabilities.arm import ArmStage
+from stack.navigation.capabilities.limbs import ArmStage
 from stack.navigation.capabilities.robot import StackRobot
 from stack.navigation.live_parameters import LiveParameters
 from stack.navigation.motion_stage import MotionStage

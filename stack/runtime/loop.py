@@ -233,7 +233,7 @@ class Runtime:
             "map": parts.perceiver.map_layer,
             **{name: _shown(name, it) for name, it in parts.perceiver.world_model.costmaps.items()},
             "parameters": self._parameters,
-            **self._arm.layers(parts.perceiver.estimator.estimate.pose),
+            **self._arm.layers(parts.perceiver.estimator.estimate.map_from_odom),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
 

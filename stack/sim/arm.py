@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stack.body import DEAD_MAN, BodyCommand
-from stack.drivetrain.arm_description import ArmDescription
+from stack.drivetrain.arm_description import HOME, ArmDescription
 from stack.sim.physics.engine import PhysicsArm
 from stack.sim.rates import PHYSICS_PERIOD
 from stack.types import FloatArray, GripperState, JointState, JointTrajectory
@@ -73,7 +73,7 @@ class SimulatedArm:
         self._time, self._rate = 0.0, 0.0  # along the trajectory, and its share of real time
         self._runs, self._ends = False, False
         self._silence, self._problem = 0.0, ""
-        home = self._description.postures["home"]
+        home = self._description.postures[HOME]
         self._targets = JointTargets(home, np.zeros_like(home))
 
     def command(self, command: BodyCommand) -> None:

@@ -9,10 +9,11 @@ SLOWER, STOPPED, BRAKING = "slower", "stopped", "braking"
 OBSTACLE, PERSON, ZONE, SPEED_LIMIT = "obstacle", "person", "zone", "speed limit"
 OLD_MEASUREMENT, BLIND_SECTOR, UNSEEN_GROUND = "old measurement", "blind sector", "unseen ground"
 EMERGENCY_STOP, LOST, OBSCURED, NOT_FINITE = "emergency stop", "lost", "obscured", "not finite"
+ARM = "arm"
 
 CAUSES = (
     OBSTACLE, PERSON, ZONE, SPEED_LIMIT, OLD_MEASUREMENT, BLIND_SECTOR, UNSEEN_GROUND,
-    EMERGENCY_STOP, LOST, OBSCURED, NOT_FINITE,
+    EMERGENCY_STOP, LOST, OBSCURED, NOT_FINITE, ARM,
 )  # fmt: skip
 
 

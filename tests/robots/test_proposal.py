@@ -1,16 +1,18 @@
 """A robot.yaml proposed for a URDF: it has no findings, and the numbers of the URDF."""
 
 from math import atan, pi, tan
+from pathlib import Path
 
 import numpy as np
+import pybullet_data
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robots.load import HERE, read_robot, robot_names
 from robots.proposal.robot_file import propose_robot
-from robots.urdf.reading import UrdfSource
-from stack.errors import InputError
+from robots.urdf.reading import Attachment, UrdfSource
+from stack.errors import InputError, Mark
 
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
 SAME = settings(
@@ -223,3 +225,57 @@ def test_the_shipped_robots_are_proposed_again(name, tmp_path):
 def test_a_urdf_without_a_drive_is_refused(propose, parts, told):
     with pytest.raises(InputError, match=told):
         propose(robot(*parts))
+
+
+DATA = Path(pybullet_data.getDataPath())
+
+
+@pytest.mark.parametrize(
+    ("file", "joints", "tool", "fingers"),
+    [
+        ("franka_panda/panda.urdf", 7, "panda_grasptarget", 2),
+        ("kuka_iiwa/model.urdf", 7, "lbr_iiwa_link_7", 0),
+        ("xarm/xarm6_robot.urdf", 6, "link6", 0),
+        ("xarm/xarm6_with_gripper.urdf", 6, "link6", 0),  # its fingers turn: no parallel gripper
+    ],
+)
+def test_an_arm_on_a_fixed_base_is_proposed(file, joints, tool, fingers, tmp_path):
+    found = propose_robot(UrdfSource(DATA / file), "", str(DATA / file))
+    assert (found.drive, found.joints) == ("none", joints)
+    (tmp_path / "robot.yaml").write_text(found.text)
+    robot = read_robot(tmp_path / "robot.yaml")
+    assert not robot.drivetrain.moves and robot.lidar is None
+    arm = robot.arm
+    assert (len(arm.joints), arm.tool_link) == (joints, tool)
+    assert len(arm.all_joints) == joints + fingers
+    middle = (arm.limits.lower + arm.limits.upper) / 2.0
+    assert arm.postures["home"] == pytest.approx(middle, abs=6e-4)
+
+
+def test_an_arm_on_a_base_with_wheels_is_proposed(tmp_path):
+    shipped = read_robot(HERE / "fetcher" / "robot.yaml")
+    arm = Attachment(
+        UrdfSource(DATA / "franka_panda" / "panda.urdf"), "base", (0.12, 0.0, 0.36), (0, 0, 0),
+        Mark("robot.yaml"),
+    )  # fmt: skip
+    urdf = (
+        f"{{file: {shipped.urdf}, attach: [{{file: package://pybullet_data/franka_panda/panda.urdf,"
+        " to: base, position: [0.12, 0, 0.36]}]}"
+    )
+    found = propose_robot(UrdfSource(shipped.urdf, attached=(arm,)), "again", urdf)
+    assert (found.drive, found.joints) == ("differential", 7)
+    (tmp_path / "robot.yaml").write_text(found.text)
+    robot = read_robot(tmp_path / "robot.yaml")
+    assert robot.drivetrain.driven_joints == shipped.drivetrain.driven_joints
+    assert robot.arm.joints == shipped.arm.joints
+    assert robot.warnings == ()  # the outline contains the arm at `home`
+
+
+def test_a_urdf_whose_arm_lacks_a_limit_is_refused(tmp_path):
+    text = (DATA / "kuka_iiwa" / "model.urdf").read_text()
+    cut = text.replace(' velocity="10"', "", 1)
+    assert cut != text
+    folder = DATA / "kuka_iiwa" / "meshes"
+    (tmp_path / "r.urdf").write_text(cut.replace('filename="meshes', f'filename="file://{folder}'))
+    with pytest.raises(InputError, match=r"lbr_iiwa_joint_1' needs lower < upper, velocity"):
+        propose_robot(UrdfSource(tmp_path / "r.urdf"), "", "r.urdf")

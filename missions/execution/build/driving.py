@@ -23,7 +23,7 @@ from stack.navigation.capabilities.map import StackMap
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.fixed_base import KnownPlace, NoWorldModel, Standing, StandingSafety
 from stack.navigation.live_parameters import Tunable
-from stack.navigation.motion_stage import MotionStage
+from stack.navigation.motion_stage import DriveInterlock, MotionStage
 from stack.navigation.navigator import Navigator
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import Emit
@@ -73,6 +73,7 @@ class DrivingInput:
         now: what the step has perceived.
         emit: of events of navigation.
         log: receives tracebacks.
+        interlock: holds the base while another part of the robot is in the way.
         held: what held the robot between two times, as a sentence.
         is_real_time: whether the body's clock goes on by itself.
     """
@@ -83,6 +84,7 @@ class DrivingInput:
     now: CurrentStep
     emit: Emit
     log: Callable[[str], None]
+    interlock: DriveInterlock
     held: Callable[[float, float], str]
     is_real_time: bool
 
@@ -155,7 +157,7 @@ def _navigator(plan: PreparedMission, world: WorldModel, given: DrivingInput) ->
     )
     evasion = Evasion(robot, choices["evasion"].parameters)
     estimator = given.perceiver.estimator
-    return Navigator(tools, evasion, estimator, given.now, world.cover, given.log)
+    return Navigator(tools, evasion, estimator, given.now, world.cover, given.log, given.interlock)
 
 
 def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:

@@ -12,7 +12,7 @@ from missions.execution.build.detour import detour_maker
 from missions.execution.build.driving import DrivingInput, driving_of, place_of
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import landmarks_of, map_of
-from missions.execution.fit.arms import boxes_of
+from missions.execution.fit.arms import boxes_of, others_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore
@@ -26,9 +26,10 @@ from stack.drivetrain.description import BASE, RobotDescription
 from stack.errors import BodyError, InputError
 from stack.frames.buffer import TransformBuffer
 from stack.frames.links import RobotLinks
-from stack.navigation.capabilities.arm import ArmStage
+from stack.navigation.capabilities.limbs import ArmStage
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
+from stack.navigation.capabilities.surroundings import Surroundings, reach_of
 from stack.navigation.live_parameters import LiveParameters, Tunable
 from stack.navigation.plans.arm_plans import ArmPlans
 from stack.navigation.tasks import Emit
@@ -140,12 +141,15 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
     holdups = Holdups(partial(telemetry.emit, source="safety"), loop.period, landmarks_of(plan))
     failsafes = Failsafes(plan.choices["failsafe"].parameters, telemetry.emit)
     maps = FolderMapStore(folder, plan.mission.source.parent)
-    driving = driving_of(
-        plan,
-        DrivingInput(perceiver, grid, maps, now, emit, log, holdups.sentence, body.is_real_time),
-    )
     plans = ArmPlans(plan.robot, options.seed, log, is_real_time=body.is_real_time)
-    limbs = ArmStage(plan.robot, now, plans, tuple(boxes_of(plan.world).values()))
+    around = Surroundings(
+        tuple(boxes_of(plan.world).values()), others_of(plan.world), reach_of(plan.robot)
+    )
+    limbs = ArmStage(plan.robot, now, plans, around)
+    given = DrivingInput(
+        perceiver, grid, maps, now, emit, log, limbs, holdups.sentence, body.is_real_time
+    )
+    driving = driving_of(plan, given)
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     robot = StackRobot(
         driving.base, driving.localisation, driving.map,

@@ -13,10 +13,15 @@ from stack.documents import Finding
 from stack.drivetrain.arm_description import ArmDescription
 from stack.drivetrain.description import RobotDescription
 from stack.geometry.rotations import from_angles
-from stack.manipulation.scene import Box, SceneObject
+from stack.manipulation.scene import Box, Cylinder, SceneObject
 from stack.optional_packages import MISSING_PACKAGE, PINOCCHIO
 from stack.parameters import suggestion
+from stack.sim.worlds.outlines import wall_slabs
 from stack.sim.worlds.world import World
+from stack.types import Pose2D
+
+FLOOR = 0.1
+"""Thickness of the floor, metres."""
 
 VALUE = "E132"
 """The code of a value of a port."""
@@ -35,6 +40,30 @@ def boxes_of(world: World) -> Mapping[str, SceneObject]:
         pose = from_angles((at.x, at.y, height), (0.0, 0.0, at.heading))
         found[name] = SceneObject(name, Box(box.size), pose)
     return found
+
+
+def others_of(world: World) -> tuple[SceneObject, ...]:
+    """Return the floor, the walls and the cylinders of a world, map frame."""
+    x_min, y_min, x_max, y_max = world.bounds
+    middle = from_angles(
+        ((x_min + x_max) / 2.0, (y_min + y_max) / 2.0, -FLOOR / 2.0), (0.0, 0.0, 0.0)
+    )
+    found = [SceneObject("the floor", Box((x_max - x_min, y_max - y_min, FLOOR)), middle)]
+    for wall in world.walls:
+        for slab in wall_slabs(wall):
+            size = 2.0 * slab.half_length, 2.0 * slab.half_width, wall.height
+            found.append(_standing(f"wall {len(found)}", Box(size), slab.pose))
+    for item in world.cylinders:
+        shape = Cylinder(item.radius, item.height)
+        found.append(_standing(f"cylinder {len(found)}", shape, Pose2D(item.x, item.y)))
+    return tuple(found)
+
+
+def _standing(name: str, shape: Box | Cylinder, at: Pose2D) -> SceneObject:
+    """Return an object that stands on the floor."""
+    height = shape.size[2] if isinstance(shape, Box) else shape.length
+    pose = from_angles((at.x, at.y, height / 2.0), (0.0, 0.0, at.heading))
+    return SceneObject(name, shape, pose)
 
 
 def arm_findings(mission: Mission, robot: RobotDescription, world: World) -> Iterator[Finding]:

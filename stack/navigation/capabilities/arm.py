@@ -5,23 +5,21 @@ A newer motion of the arm cancels the older one; the gripper moves by itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from stack.drivetrain.arm_description import ArmDescription
+from stack.drivetrain.arm_description import HOME, ArmDescription
 from stack.drivetrain.description import BASE, RobotDescription
 from stack.errors import ParameterError
 from stack.frames.links import RobotLinks
-from stack.frames.tree import inverse
-from stack.geometry.rotations import from_angles
+from stack.frames.tree import inverse, lifted
 from stack.lifecycle import Timers
-from stack.manipulation.scene import SceneObject
-from stack.navigation.capabilities.gripper import GRIPPER, StackGripper
+from stack.navigation.capabilities.gripper import GRIPPER
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
 from stack.navigation.plans.deferred import Deferred
@@ -35,7 +33,6 @@ from stack.types import (
     FailureCode,
     FloatArray,
     GraspPlan,
-    GripperCommand,
     GripperState,
     JointState,
     JointTrajectory,
@@ -48,20 +45,14 @@ JOINTS = "joints"
 ARRIVED = 0.01
 """Distance of each joint from its goal at which a motion is over, rad or m."""
 
+AT_HOME = 0.1
+"""Distance of each joint from `home` up to which the base may drive, rad or m."""
+
 AT_REST = 0.02
 """Speed below which a joint stands, rad/s or m/s."""
 
 PATIENCE = 2.0
 """Seconds after the planned end in which a motion may still arrive."""
-
-
-class ArmOrders(NamedTuple):
-    """What the body is told in a step, as `BodyCommand` means it."""
-
-    trajectory: JointTrajectory | None = None
-    gripper: GripperCommand | None = None
-    hold_arm: bool = False
-    stop_arm: bool = False
 
 
 @dataclass
@@ -88,7 +79,7 @@ class StackArm(Arm):
         now: what the step has perceived.
         timers: stand still while the arm is held.
         plans: of its motions.
-        boxes: known ones that it must not touch, map frame.
+        around: what it must not touch.
 
     Attributes:
         description: of the arm.
@@ -99,18 +90,19 @@ class StackArm(Arm):
 
     def __init__(
         self, robot: RobotDescription, now: CurrentStep, timers: Timers, plans: ArmPlans,
-        boxes: Sequence[SceneObject],
+        around: Surroundings,
     ) -> None:  # fmt: skip
         assert robot.arm is not None
         self._timer = timers.new()
         self.description: ArmDescription = robot.arm
         self._now, self.links = now, RobotLinks(robot.links, BASE)
-        self._plans, self.around = plans, Surroundings(boxes)
+        self._plans, self.around = plans, around
         self.grasps: tuple[GraspPlan, ...] = ()
         self._new: JointTrajectory | None = None
         self._stops = False
         self._planning: _Planning | None = None
         self._motion: tuple[MotionTask, JointTrajectory] | None = None
+        self._waiting: tuple[MotionTask, JointTrajectory] | None = None
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -142,7 +134,10 @@ class StackArm(Arm):
 
     @property
     def blocks(self) -> Mapping[str, Block]:
-        return MappingProxyType(dict(self.around.blocks))
+        link = inverse(self._odom_from_link)
+        return MappingProxyType(
+            {name: _moved(block, link) for name, block in self.around.blocks.items()}
+        )
 
     @property
     def held(self) -> Block | None:
@@ -153,26 +148,43 @@ class StackArm(Arm):
         return self.around.box(name, self._link_from_map)
 
     def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
-        return self.around.see(blocks, gone, self.tool_pose, self._link_from_map)
+        base = self._odom_from_link
+        found = self.around.see(
+            [_moved(block, base) for block in blocks], [_moved(block, base) for block in gone],
+            self._tool_in_odom, base @ self._link_from_map,
+        )  # fmt: skip
+        return tuple(_moved(block, inverse(base)) for block in found)
 
     def hold(self, block: Block, width: float) -> None:
-        tool = self.tool_pose
+        tool = self._tool_in_odom
         assert tool is not None, "a grasp was measured"
-        self.around.hold(block, tool, width)
+        self.around.hold(_moved(block, self._odom_from_link), tool, width)
         self.grasps = ()
 
     def release(self, *, lost: bool = False) -> None:
-        tool = self.tool_pose
+        tool = self._tool_in_odom
         if lost or tool is None:
             self.around.lose()
         else:
             self.around.release(tool)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a motion or a search for grasps is planned or under way."""
+        return any(it is not None for it in (self._planning, self._waiting, self._motion))
+
+    @property
+    def is_at_home(self) -> bool:
+        """Whether the measured joints are at the posture `home`; no, before they are measured."""
+        joints, home = self.joints, self.description.postures[HOME]
+        return joints is not None and bool(np.abs(joints.positions - home).max() < AT_HOME)
+
     def follow(self, trajectory: JointTrajectory) -> MotionTask:
         self._check(trajectory)
         self.cancel("a newer motion of the arm")
         task = MotionTask("move the arm", self._ended)
-        self._begin(task, trajectory)
+        self._waiting = task, trajectory
+        self._begin_once_standing(self._now.perceived)
         return task
 
     def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> MotionTask:
@@ -193,7 +205,7 @@ class StackArm(Arm):
         self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
         speed: float = 1.0,
     ) -> MotionTask:  # fmt: skip
-        names = (it if isinstance(it, str) else self.around.name_of(it) for it in touching)
+        names = (it if isinstance(it, str) else self._name_of(it) for it in touching)
         job = partial(
             to_pose, goal=pose.copy(), straight=straight, touching=tuple(names), speed=speed
         )
@@ -206,13 +218,14 @@ class StackArm(Arm):
             task.grasps = self.grasps = found
             task.succeed(f"{len(found)} grasps")
 
-        self._plan(task, partial(to_grasp, block=self.around.name_of(block)), keep)
+        self._plan(task, partial(to_grasp, block=self._name_of(block)), keep)
         return task
 
     def cancel(self, why: str = "cancelled") -> None:
         """Cancel the motion; the arm stops."""
-        if self._motion is not None:
-            self._motion[0].cancel(why)
+        for begun in (self._motion, self._waiting):
+            if begun is not None:
+                begun[0].cancel(why)
         if self._planning is not None:
             self._planning.task.cancel(why)
 
@@ -220,6 +233,8 @@ class StackArm(Arm):
         """Follow the task; return a new trajectory, and whether the arm shall stop."""
         if self._planning is not None and not held:
             self._prepare(self._planning, perceived)
+        if not held:
+            self._begin_once_standing(perceived)
         new, self._new = self._new, None
         if new is None and self._motion is not None:
             self._watch(*self._motion, perceived)
@@ -240,13 +255,14 @@ class StackArm(Arm):
         return task
 
     def _prepare(self, planning: _Planning, perceived: Perceived) -> None:
-        """Ask for the plan once the arm stands; use it when it is due."""
+        """Ask for the plan once arm and base stand; use it when it is due."""
         joints, now = perceived.newest(JOINTS, JointState), perceived.time
         if planning.answer is None:
-            if joints is not None and np.abs(joints.velocities).max() < AT_REST:
+            stands = joints is not None and np.abs(joints.velocities).max() < AT_REST
+            if joints is not None and stands and perceived.motion.twist.stands:
                 fingers = perceived.newest(GRIPPER, GripperState)
                 width = None if fingers is None else fingers.width
-                scene = self.around.scene(self._link_from_map, width)
+                scene = self.around.scene(self._link_from_map, inverse(self._odom_from_link), width)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)
@@ -255,6 +271,12 @@ class StackArm(Arm):
         elif answer is not None:
             self._planning = None
             planning.use(answer)
+
+    def _begin_once_standing(self, perceived: Perceived) -> None:
+        """Begin a motion that needs no plan if the base stands."""
+        if self._waiting is not None and perceived.motion.twist.stands:
+            (task, trajectory), self._waiting = self._waiting, None
+            self._begin(task, trajectory)
 
     def _begin(self, task: MotionTask, trajectory: JointTrajectory) -> None:
         self._timer.start(self._now.perceived.time)
@@ -269,9 +291,22 @@ class StackArm(Arm):
     @property
     def _link_from_map(self) -> FloatArray:
         """(4, 4) base link <- map."""
-        pose = self._now.perceived.estimate.pose
-        base = from_angles((pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading))
-        return inverse(base @ self.base_from_link)
+        return inverse(lifted(self._now.perceived.estimate.pose) @ self.base_from_link)
+
+    @property
+    def _odom_from_link(self) -> FloatArray:
+        """(4, 4) odom <- base link."""
+        return lifted(self._now.perceived.motion.pose) @ self.base_from_link
+
+    @property
+    def _tool_in_odom(self) -> FloatArray | None:
+        """(4, 4) of the tool in the odom frame; None before its joints are measured."""
+        tool = self.tool_pose
+        return None if tool is None else self._odom_from_link @ tool
+
+    def _name_of(self, block: Block) -> str:
+        """Return the name of a block, base link."""
+        return self.around.name_of(_moved(block, self._odom_from_link))
 
     def _watch(self, task: MotionTask, trajectory: JointTrajectory, perceived: Perceived) -> None:
         joints = perceived.newest(JOINTS, JointState)
@@ -295,6 +330,7 @@ class StackArm(Arm):
             if self._planning.answer is not None:
                 self._planning.answer.drop()
             self._planning = None
+        self._waiting = None
         if self._motion is not None:
             self._motion, self._new, self._stops = None, None, True
 
@@ -330,59 +366,6 @@ class StackArm(Arm):
                 )
 
 
-class ArmStage:
-    """Moves arm and gripper in each step; of a robot without them, nothing.
-
-    Args:
-        robot: with or without an arm.
-        now: what the step has perceived.
-        plans: of the arm.
-        boxes: known ones that the arm must not touch, map frame.
-
-    Attributes:
-        arm: None without one.
-        gripper: None without one.
-    """
-
-    def __init__(
-        self, robot: RobotDescription, now: CurrentStep, plans: ArmPlans,
-        boxes: Sequence[SceneObject] = (),
-    ) -> None:  # fmt: skip
-        self._timers, self._plans = Timers(), plans
-        has_gripper = robot.arm is not None and robot.arm.gripper is not None
-        self.arm = None if robot.arm is None else StackArm(robot, now, self._timers, plans, boxes)
-        self.gripper = StackGripper(robot, now, self._timers) if has_gripper else None
-
-    def step(self, perceived: Perceived, *, held: bool) -> ArmOrders:
-        """Return what the body is told in this step; while held, motions stand on their way."""
-        if self.arm is None:
-            return ArmOrders()
-        trajectory, stops = self.arm.step(perceived, held=held)
-        gripper = None if self.gripper is None else self.gripper.step(perceived)
-        return ArmOrders(trajectory, gripper, held, stops)
-
-    def is_standing(self, perceived: Perceived) -> bool:
-        """Whether all joints stand, by their newest measurement."""
-        joints = perceived.newest(JOINTS, JointState)
-        return joints is None or bool(np.abs(joints.velocities).max() < AT_REST)
-
-    def pause(self, now: float) -> None:
-        """Let the time limits stand still from a time on, seconds."""
-        self._timers.pause(now)
-
-    def resume(self, now: float) -> None:
-        """Let them go on."""
-        self._timers.resume(now)
-
-    def emergency_stop(self) -> None:
-        """End the motion of the arm."""
-        if self.arm is not None:
-            self.arm.cancel("emergency stop")
-
-    def await_plans(self, now: float, longest: float) -> bool:
-        """Wait at most `longest` wall seconds for a plan that is due; whether none is late."""
-        return self._plans.await_results(now, longest)
-
-    def close(self) -> None:
-        """Stop planning."""
-        self._plans.close()
+def _moved(block: Block, transform: FloatArray) -> Block:
+    """Return a block in another frame, given the transform (4, 4) from its own."""
+    return replace(block, pose=transform @ block.pose)

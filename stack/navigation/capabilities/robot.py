@@ -8,9 +8,10 @@ from typing import Protocol, TypeVar
 
 from stack.body import Body, Replay
 from stack.errors import ParameterError
-from stack.navigation.capabilities.arm import ArmStage, StackArm
+from stack.navigation.capabilities.arm import StackArm
 from stack.navigation.capabilities.base import StackBase
 from stack.navigation.capabilities.gripper import StackGripper
+from stack.navigation.capabilities.limbs import ArmStage
 from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.tasks import Emit

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
+from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.tree import inverse
-from stack.manipulation.scene import Box, Scene, SceneObject
+from stack.manipulation.scene import Box, Cylinder, Scene, SceneObject
 from stack.parameters import suggestion
 from stack.types import Block, FloatArray
+
+SPARE = 0.5
+"""Metres beyond the arm's reach up to which objects count: the hand may hold something long."""
 
 SAME = 0.02
 """Metres between two places of a block that was seen twice."""
@@ -28,36 +33,44 @@ class Held:
 
 
 class Surroundings:
-    """Boxes around an arm by name. Poses of blocks are in the arm's base link.
+    """Objects around an arm, whose base may drive. Poses of blocks are in the odom frame.
+
+    A block is seen from where the base stands. The odom frame is the one in which it stays there
+    exactly, until the base drives: corrections of the pose on the map do not move it.
 
     Args:
-        boxes: that are known, map frame.
+        boxes: that are known and have names, map frame.
+        others: known objects that are only avoided, map frame.
+        reach: of the arm from its base link, metres.
 
     Attributes:
         held: the block in the hand; None: none.
         version: grows with each change.
     """
 
-    def __init__(self, boxes: Sequence[SceneObject]) -> None:
+    def __init__(
+        self, boxes: Sequence[SceneObject], others: Sequence[SceneObject] = (), reach: float = inf
+    ) -> None:
         self._boxes = {item.name: item for item in boxes}
+        self._others, self._reach = tuple(others), reach
         self._blocks: dict[str, Block] = {}
         self.held: Held | None = None
         self.version = 1
 
     def see(
         self, blocks: Iterable[Block], gone: Iterable[Block], tool: FloatArray | None,
-        link_from_map: FloatArray,
+        odom_from_map: FloatArray,
     ) -> tuple[Block, ...]:  # fmt: skip
         """Take what a look around has shown; return the blocks that count.
 
         Args:
             blocks: that were found; one in the hand, or inside a box, is none.
             gone: known ones that are not at their places any more; the others may be hidden.
-            tool: (4, 4) of the tool, base link.
-            link_from_map: (4, 4) base link <- map.
+            tool: (4, 4) of the tool, odom frame.
+            odom_from_map: (4, 4) odom <- map.
         """
         held = None if tool is None else self.held_at(tool)
-        boxes = [self.box(name, link_from_map) for name in self._boxes]
+        boxes = [self.box(name, odom_from_map) for name in self._boxes]
         found = tuple(
             block for block in blocks
             if (held is None or _distance(held.pose, block.pose) >= np.linalg.norm(block.size))
@@ -85,7 +98,7 @@ class Surroundings:
         return name
 
     def hold(self, block: Block, tool: FloatArray, width: float) -> None:
-        """The hand has grasped a block, with the tool (4, 4) in the base link."""
+        """The hand has grasped a block, with the tool (4, 4) in the odom frame."""
         name = self.name_of(block)
         self._blocks.pop(name)
         self.held = Held(name, block, inverse(tool) @ block.pose, width)
@@ -118,8 +131,12 @@ class Surroundings:
         """The blocks by name, without that in the hand."""
         return self._blocks
 
-    def box(self, name: str, link_from_map: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return pose (4, 4) in the base link and size (3,) of a known box.
+    def box(self, name: str, from_map: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return pose (4, 4) and size (3,) of a known box.
+
+        Args:
+            name: of the box.
+            from_map: (4, 4) wanted frame <- map.
 
         Raises:
             ParameterError: there is none.
@@ -129,18 +146,29 @@ class Surroundings:
             raise ParameterError("", f"no box of the world is called {name!r}", hint)
         item = self._boxes[name]
         assert isinstance(item.shape, Box)
-        return link_from_map @ item.pose, np.array(item.shape.size)
+        return from_map @ item.pose, np.array(item.shape.size)
 
-    def scene(self, link_from_map: FloatArray, width: float | None = None) -> Scene:
-        """Return all of it.
+    def scene(
+        self, link_from_map: FloatArray, link_from_odom: FloatArray, width: float | None = None
+    ) -> Scene:
+        """Return all that the arm may reach, in the frame of its base link.
 
         Args:
             link_from_map: (4, 4) base link <- map.
+            link_from_odom: (4, 4) base link <- odom.
             width: between the fingers, metres; None: open.
         """
-        boxes = (replace(it, pose=link_from_map @ it.pose) for it in self._boxes.values())
-        blocks = (_object(name, block, block.pose) for name, block in self._blocks.items())
-        scene = Scene((*boxes, *blocks), width=width)
+        known = (
+            replace(item, pose=link_from_map @ item.pose)
+            for item in (*self._boxes.values(), *self._others)
+        )
+        seen = (
+            _object(name, block, link_from_odom @ block.pose)
+            for name, block in self._blocks.items()
+        )
+        near = self._reach + SPARE
+        objects = tuple(item for item in (*known, *seen) if _away(item) < near)
+        scene = Scene(objects, width=width)
         if self.held is None:
             return scene
         held = _object(self.held.name, self.held.block, self.held.in_tool)
@@ -153,6 +181,17 @@ class Surroundings:
             number += 1
             name = f"{block.colour} block {number}"
         return name
+
+
+def _away(item: SceneObject) -> float:
+    """Distance from the origin to a box or a cylinder, metres."""
+    if isinstance(item.shape, Box):
+        half = np.array(item.shape.size) / 2.0
+    else:
+        assert isinstance(item.shape, Cylinder)
+        half = np.array((item.shape.radius, item.shape.radius, item.shape.length / 2.0))
+    local = item.pose[:3, :3].T @ item.pose[:3, 3]
+    return float(np.linalg.norm(np.maximum(np.abs(local) - half, 0.0)))
 
 
 def _distance(one: FloatArray, other: FloatArray) -> float:
@@ -175,3 +214,22 @@ def _overlap(one: Block, other: Block) -> bool:
 def _object(name: str, block: Block, pose: FloatArray) -> SceneObject:
     length, width, height = block.size.tolist()
     return SceneObject(name, Box((length, width, height)), pose)
+
+
+def reach_of(robot: RobotDescription) -> float:
+    """Return how far the tool of an arm can be from its base link at most, metres; 0 without one.
+
+    A joint that slides adds its travel.
+    """
+    if robot.arm is None:
+        return 0.0
+    arm, above = robot.arm, {joint.child: joint for joint in robot.links}
+    limits = zip(arm.joints, arm.limits.lower, arm.limits.upper, strict=True)
+    travel = {name: max(abs(float(low)), abs(float(high))) for name, low, high in limits}
+    length, link = 0.0, arm.tool_link
+    while link != arm.base_link:
+        joint = above[link]
+        length += float(np.linalg.norm(joint.origin[:3, 3]))
+        length += travel[joint.name] if joint.kind == "prismatic" else 0.0
+        link = joint.parent
+    return length

@@ -173,6 +173,14 @@ def test_no_file_of_treepilot_is_another_programs() -> None:
     assert len(files) > 40
 
 
+@pytest.mark.parametrize("end", [b"<robot/>", b"<other/>", b""])
+def test_many_comments_before_the_root_are_read_at_once(end: bytes) -> None:
+    # With a comment that may contain others, 60 of them took 2^60 steps.
+    text = b'<?xml version="1.0" ?>\n' + 60 * b"<!-- a -->\n" + end
+    found = recognised(text, "r")
+    assert (found is None) == (not end)
+
+
 @pytest.mark.parametrize("reader", [reader for reader in READERS if reader != "log"])
 @pytest.mark.parametrize("content", [b"", b" \n\n"])
 def test_an_empty_file_is_said_to_be_empty(tmp_path: Path, reader: str, content: bytes) -> None:

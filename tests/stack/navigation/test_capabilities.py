@@ -8,11 +8,12 @@ import pytest
 
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.errors import NavigationError, ParameterError
-from stack.navigation.capabilities.arm import ArmStage
+from stack.navigation.capabilities.limbs import ArmStage
 from stack.navigation.capabilities.localisation import StackLocalisation
 from stack.navigation.capabilities.map import StackMap
 from stack.navigation.capabilities.perception import StackPerception
 from stack.navigation.capabilities.robot import StackRobot
+from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.live_parameters import LiveParameters
 from stack.navigation.plans.arm_plans import ArmPlans
 from stack.perception.blocks import BlockDetector
@@ -144,7 +145,7 @@ class Rig:
         plans = ArmPlans(world.robot, 0, print, is_real_time=False)
         self.robot = StackRobot(
             self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
-            toy.emit, ArmStage(world.robot, toy.now, plans),
+            toy.emit, ArmStage(world.robot, toy.now, plans, Surroundings(())),
         )  # fmt: skip
 
     def step(self, image=None):

@@ -1,12 +1,15 @@
 """What an arm must not touch: names, the block in the hand, frames."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from robots.load import find_robot, read_robot
 from stack.errors import ParameterError
 from stack.geometry.rotations import from_angles
-from stack.manipulation.scene import Box, SceneObject
-from stack.navigation.capabilities.surroundings import Surroundings
+from stack.manipulation.scene import Box, Cylinder, SceneObject
+from stack.navigation.capabilities.surroundings import Surroundings, reach_of
 from stack.types import Block
 
 AT_MAP = from_angles((1.0, 2.0, 0.6), (0.0, 0.0, np.pi / 2.0))
@@ -33,7 +36,7 @@ def around():
 
 
 def test_boxes_of_the_map_stand_in_the_frame_of_the_arm(around):
-    scene = around.scene(np.linalg.inv(AT_MAP))
+    scene = around.scene(np.linalg.inv(AT_MAP), np.eye(4))
     # 0.5 m along y of the map is 0.5 m ahead of the arm; the middle of the top is 2 cm below it.
     assert scene.objects[0].pose[:3, 3] == pytest.approx((0.5, 0.0, -0.02), abs=1e-12)
     pose, size = around.box("the bench", np.linalg.inv(AT_MAP))
@@ -47,13 +50,13 @@ def test_names_are_unique_and_a_block_is_known_by_its_place(around):
     assert list(around.blocks) == ["red block", "red block 2", "blue block"]
     assert around.name_of(block(0.605, 0.0)) == "red block 2"
     assert around.name_of(block(0.4, 0.0)) == "red block 3"
-    assert len(around.scene(np.eye(4)).objects) == 5
+    assert len(around.scene(np.eye(4), np.eye(4)).objects) == 5
 
 
 def test_a_held_block_moves_with_the_tool_and_stays_where_it_is_released(around):
     see(around, [block(0.5, 0.0)])
     around.hold(block(0.5, 0.0), tool(0.5, 0.0), 0.05)
-    scene = around.scene(np.eye(4))
+    scene = around.scene(np.eye(4), np.eye(4))
     assert [item.name for item in scene.objects] == ["the bench"]
     assert (scene.held.name, scene.width) == ("red block", 0.05)
     # The block is 5 mm below the tool, which looks down: +5 mm along its z.
@@ -89,3 +92,25 @@ def test_a_part_of_a_box_is_no_block(around):
     in_bench.pose[2, 3], on_bench.pose[2, 3] = 0.59, 0.625
     assert see(around, [in_bench, on_bench]) == (on_bench,)
     assert list(around.blocks.values()) == [on_bench]
+
+
+def test_what_is_out_of_reach_is_left_out_of_the_scene():
+    far = SceneObject("a far wall", Box((0.1, 4.0, 2.0)), from_angles((3.0, 0.0, 1.0), (0, 0, 0)))
+    near = SceneObject("a near wall", Box((0.1, 4.0, 2.0)), from_angles((0.9, 1.5, 1.0), (0, 0, 0)))
+    drum = SceneObject("a drum", Cylinder(0.3, 1.0), from_angles((0.0, 1.5, 0.0), (0, 0, 0)))
+    around = Surroundings([far], [near, drum], reach=0.8)
+    # Up to 0.8 + 0.5 m: the faces of the walls are at 2.95 and 0.85 m, the drum's at 1.2 m.
+    names = [item.name for item in around.scene(np.eye(4), np.eye(4)).objects]
+    assert names == ["a near wall", "a drum"]
+    moved = from_angles((-2.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # the base stands at x = 2 m
+    names = [item.name for item in around.scene(moved, np.eye(4)).objects]
+    assert names == ["a far wall", "a near wall"]
+
+
+def test_the_reach_of_an_arm_is_the_length_of_its_links():
+    # Of the Panda: 0.333 + 0.316 + 2 x 0.0825 + 0.384 (0.393 with its offset) + 0.088 + 0.107 +
+    # 0.105 m; each joint counts with the straight distance to the one before.
+    robot = read_robot(find_robot("panda_table", Path()))
+    joints = (0.333, 0.316, 0.0825, np.hypot(0.0825, 0.384), 0.088, 0.107, 0.105)
+    assert reach_of(robot) == pytest.approx(sum(joints), abs=1e-3)
+    assert reach_of(read_robot(find_robot("scout", Path()))) == 0.0

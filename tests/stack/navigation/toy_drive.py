@@ -16,6 +16,7 @@ from stack.control.path_follower import PathFollower
 from stack.control.pure_pursuit.controller import PurePursuit
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
 from stack.navigation.drive_tools import DriveTools
+from stack.navigation.motion_stage import DriveInterlock
 from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.plans.planner_worker import PlannerWorker
@@ -41,6 +42,16 @@ class Belief:
         )
 
 
+class FreeToDrive(DriveInterlock):
+    """The interlock of a robot that consists of its base."""
+
+    def hindrance(self, perceived):
+        return None
+
+    def remove_hindrance(self, perceived):
+        return None
+
+
 class ToyDrive:
     """World, costmaps, planner, controller, navigation and safety, stepped together.
 
@@ -52,7 +63,8 @@ class ToyDrive:
 
     def __init__(
         self, world: ToyWorld, *, planner=None, follower=None, progress=None, globe=None,
-        is_real_time=False, estimator=None, cover=lambda _: None, **settings,
+        is_real_time=False, estimator=None, cover=lambda _: None, interlock=None,
+        **settings,
     ) -> None:  # fmt: skip
         self.world, self.health, self.follow_changes = world, 0.9, True
         self.obscured, self.rivals = False, ()
@@ -79,7 +91,13 @@ class ToyDrive:
         )  # fmt: skip
         evasion = Evasion(world.robot, EvasionParameters())
         self.navigator = Navigator(
-            tools, evasion, self.estimator, self.now, cover, log=lambda _: None
+            tools,
+            evasion,
+            self.estimator,
+            self.now,
+            cover,
+            log=lambda _: None,
+            interlock=interlock or FreeToDrive(),
         )
         self.safety = SafetyStage(world.robot, SafetyParameters(), world.period)
         self.commands, self.distance = [], 0.0

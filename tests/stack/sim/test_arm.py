@@ -1,15 +1,21 @@
 """The arm of a simulated robot: follows, stops, grips, and tells what it touches."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.load import HERE, read_robot
+from robots.simulated import SimulatedBody
 from stack.body import DEAD_MAN, BodyCommand
+from stack.frames.links import RobotLinks
+from stack.geometry.rotations import from_angles
 from stack.sim.arm import targets_at
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import Box
-from stack.types import DepthImage, GripperState, Image, JointState, JointTrajectory, Pose2D
+from stack.types import DepthImage, GripperState, Image, JointState, JointTrajectory, Pose2D, Twist
 from tests.stack.sim.arm_world import (
     ARM,
     HOME,
@@ -26,6 +32,7 @@ from tests.stack.sim.arm_world import (
     tool_at,
 )
 
+FETCHER = read_robot(HERE / "fetcher" / "robot.yaml")
 TURNED = HOME + np.array([0.8, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0])
 
 
@@ -151,6 +158,48 @@ def test_a_grasped_block_stays_in_the_hand(body):
     opened = grip(robot, 0.08).measurements["gripper"]
     assert opened.width == pytest.approx(0.08, abs=1e-3) and opened.force == 0.0
     assert robot.blocks[0].position[2] == pytest.approx(TOP + 0.025, abs=3e-3)
+
+
+def pose_of(robot):
+    """Pose of the tool in the world."""
+    q, (x, y, heading) = joints_of(robot.sense()).positions, astuple(robot.truth.pose)
+    base = from_angles((x, y, 0.0), (0.0, 0.0, heading))
+    links = RobotLinks(FETCHER.links, "base")
+    return base @ links.pose("panda_grasptarget", dict(zip(FETCHER.arm.joints, q, strict=True)))
+
+
+def finger_contacts(robot):
+    """Directions of the contacts of the fingers, world frame."""
+    body = robot._robot.physics
+    points = body._bullet.getContactPoints(body.body, physicsClientId=body.client)
+    fingers = body._arm.fingers
+    return [np.array(point[7]) for point in points if point[3] in fingers]
+
+
+def test_a_block_that_has_turned_with_the_robot_is_let_go():
+    world, start = bench(block(x=0.4)), Pose2D(-0.25, 0.0)
+    robot = SimulatedBody(FETCHER, world, start=start, seed=1)
+    # The arm is 12 cm before the base, at a height of 36 cm instead of 60.
+    above, there = (looking_down(0.4 + 0.13, 0.0, z + 0.24) for z in (TOP + 0.15, TOP + 0.025))
+    home = FETCHER.arm.postures["home"]
+    carry_out(robot, 3.2, trajectory=motion(home, above, 3.0))
+    carry_out(robot, 2.2, trajectory=motion(above, there))
+    grip(robot, 0.0)
+    carry_out(robot, 2.2, trajectory=motion(there, above))
+    for _ in range(60):  # 3 s
+        robot.command(BodyCommand(Twist(0.0, 1.2)))
+        robot.wait(PERIOD)
+        robot.sense()
+    carry_out(robot, 1.0)
+    x, y = robot.truth.pose.transform(np.array([[0.65, 0.0]]))[0]
+    assert robot.blocks[0].position == pytest.approx((x, y, TOP + 0.15), abs=6e-3)
+    # Fingers press along their travel alone, wherever that points now.
+    travel = pose_of(robot)[:3, 1]
+    along = [abs(float(normal @ travel)) for normal in finger_contacts(robot)]
+    assert len(along) >= 2 and min(along) > 0.98
+    assert grip(robot, 0.066).measurements["gripper"].width == pytest.approx(0.066, abs=1e-3)
+    assert robot.tally.by_robot == 0
+    robot.close()
 
 
 def test_a_contact_names_the_link_and_what_it_touches(body):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import cos
 from typing import Any
 
 import numpy as np
 
-from stack.drivetrain.arm_description import ArmDescription, GripperDescription
+from stack.drivetrain.arm_description import HOME, ArmDescription, GripperDescription
 from stack.errors import BodyError
 from stack.sim.physics.engine import FingerState, JointReading, PhysicsArm
 
@@ -16,6 +17,14 @@ POSITION_GAIN, VELOCITY_GAIN = 0.2, 1.0
 
 FINGER_FRICTION, SPINNING_FRICTION = 1.0, 0.01
 """Of the finger tips; Bullet multiplies it by that of what they hold."""
+
+STALE_TURN = 0.1
+"""Radians by which the hand turns before the contacts of its fingers are found anew. Bullet keeps a
+contact with its direction in the world for as long as its points stay together, and what is held
+turns with the hand: old contacts would press from directions in which nothing is."""
+
+DEFAULT_GROUP, ALL_GROUPS = 1, -1
+"""Collision group and mask of everything that moves."""
 
 GEAR_FORCE, GEAR_CORRECTION = 50.0, 0.1
 """Force, N, with which the fingers are kept at equal distances from the middle, and the share of
@@ -45,9 +54,10 @@ class BulletArm(PhysicsArm):
         self._efforts = description.limits.effort.tolist()
         self._gripper = description.gripper
         self._fingers = [numbers[name] for name in _finger_names(description.gripper)]
+        self._turn = (0.0, 0.0, 0.0, 1.0)  # of the hand when the contacts were found
         count = len(self._joints)
         self._gains = [POSITION_GAIN] * count, [VELOCITY_GAIN] * count
-        self.place(description.postures["home"].tolist())
+        self.place(description.postures[HOME].tolist())
         if self._gripper is not None:
             self._prepare_fingers(self._gripper)
 
@@ -121,6 +131,22 @@ class BulletArm(PhysicsArm):
             float(max(abs(state[1]) for state in states)),
             float(min(pressed)),
         )
+
+    def refresh_contacts(self) -> None:
+        """Find the contacts of the fingers anew if the hand has turned; after physics steps."""
+        if not self._fingers:
+            return
+        turn = self._bullet.getLinkState(
+            self._body, self._fingers[0], physicsClientId=self._client
+        )[1]
+        same = abs(sum(now * before for now, before in zip(turn, self._turn, strict=True)))
+        if same > cos(STALE_TURN / 2.0):
+            return
+        self._turn = turn
+        for finger in self._fingers:  # the same groups as before: that drops its contacts
+            self._bullet.setCollisionFilterGroupMask(
+                self._body, finger, DEFAULT_GROUP, ALL_GROUPS, physicsClientId=self._client
+            )
 
     def _prepare_fingers(self, gripper: GripperDescription) -> None:
         """Open the fingers, and let both travel equally far."""

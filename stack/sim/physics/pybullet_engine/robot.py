@@ -82,6 +82,8 @@ class BulletRobot(PhysicsRobot):
     def note_step(self) -> None:
         """Forget the state of before a physics step."""
         self._state = None
+        if self._arm is not None:
+            self._arm.refresh_contacts()
 
     def place(self, pose: Pose2D) -> None:
         """Place the robot at a pose, at rest, with wheels at rest."""

@@ -1,0 +1,120 @@
+"""Arm and gripper of a robot as a stage of the control loop, and what they allow the base to do."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stack.drivetrain.arm_description import HOME
+from stack.drivetrain.description import RobotDescription
+from stack.lifecycle import Timers
+from stack.navigation.capabilities.arm import AT_REST, JOINTS, StackArm
+from stack.navigation.capabilities.gripper import StackGripper
+from stack.navigation.capabilities.surroundings import Surroundings
+from stack.navigation.motion_stage import DriveInterlock
+from stack.navigation.plans.arm_plans import ArmPlans
+from stack.navigation.tasks import MotionTask
+from stack.types import (
+    CurrentStep,
+    Failure,
+    GripperCommand,
+    JointState,
+    JointTrajectory,
+    Limitation,
+    Perceived,
+)
+from stack.types.limitations import ARM, STOPPED
+
+
+class ArmOrders(NamedTuple):
+    """What the body is told in a step, as `BodyCommand` means it."""
+
+    trajectory: JointTrajectory | None = None
+    gripper: GripperCommand | None = None
+    hold_arm: bool = False
+    stop_arm: bool = False
+
+
+class ArmStage(DriveInterlock):
+    """Moves arm and gripper in each step; of a robot without them, nothing.
+
+    The base of a robot with an arm drives only while the arm is at `home` and has nothing to do; a
+    motion of the base that is asked for before waits, and the arm moves to `home`. A motion of the
+    arm is planned once the base stands.
+
+    Args:
+        robot: with or without an arm.
+        now: what the step has perceived.
+        plans: of the arm.
+        around: what the arm must not touch.
+
+    Attributes:
+        arm: None without one.
+        gripper: None without one.
+    """
+
+    def __init__(
+        self, robot: RobotDescription, now: CurrentStep, plans: ArmPlans,
+        around: Surroundings,
+    ) -> None:  # fmt: skip
+        self._timers, self._plans = Timers(), plans
+        self._homing: MotionTask | None = None
+        has_gripper = robot.arm is not None and robot.arm.gripper is not None
+        self.arm = None
+        if robot.arm is not None:
+            self.arm = StackArm(robot, now, self._timers, plans, around)
+        self.gripper = StackGripper(robot, now, self._timers) if has_gripper else None
+
+    def step(self, perceived: Perceived, *, held: bool) -> ArmOrders:
+        """Return what the body is told in this step; while held, motions stand on their way."""
+        if self.arm is None:
+            return ArmOrders()
+        trajectory, stops = self.arm.step(perceived, held=held)
+        gripper = None if self.gripper is None else self.gripper.step(perceived)
+        return ArmOrders(trajectory, gripper, held, stops)
+
+    def hindrance(self, perceived: Perceived) -> Limitation | None:
+        """As in `DriveInterlock`: the arm has something to do, or is not at `home`."""
+        if self.arm is None or (self.arm.is_at_home and not self.arm.is_busy):
+            self._homing = None
+            return None
+        what = "the arm moves" if self.arm.is_busy else f"the arm is not at `{HOME}`"
+        return Limitation(STOPPED, ARM, what)
+
+    def remove_hindrance(self, perceived: Perceived) -> Failure | None:
+        """As in `DriveInterlock`: the arm moves to `home` once it has nothing else to do."""
+        if self.arm is None or self.arm.is_busy:
+            return None
+        homing, self._homing = self._homing, None
+        if homing is not None and homing.failure is not None:
+            sentence = f"the arm cannot move to `{HOME}`: {homing.failure.sentence}"
+            return Failure(homing.failure.code, sentence)
+        self._homing = self.arm.move_to_posture(HOME)
+        return None
+
+    def is_standing(self, perceived: Perceived) -> bool:
+        """Whether all joints stand, by their newest measurement."""
+        joints = perceived.newest(JOINTS, JointState)
+        return joints is None or bool(np.abs(joints.velocities).max() < AT_REST)
+
+    def pause(self, now: float) -> None:
+        """Let the time limits stand still from a time on, seconds."""
+        self._timers.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Let them go on."""
+        self._timers.resume(now)
+
+    def emergency_stop(self) -> None:
+        """End the motion of the arm."""
+        if self.arm is not None:
+            self.arm.cancel("emergency stop")
+
+    def await_plans(self, now: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds for a plan that is due; whether none is late."""
+        return self._plans.await_results(now, longest)
+
+    def close(self) -> None:
+        """Stop planning."""
+        self._plans.close()
