@@ -141,6 +141,15 @@ class Estimator(Component, ABC):
         """
         return self.estimate
 
+    def take_notes(self) -> Sequence[str]:
+        """Return what a person should know that happened since the last call, as sentences."""
+        return ()
+
+    @property
+    def fault(self) -> str:
+        """What the estimator does without at present, and why; empty if nothing is wrong."""
+        return ""
+
     def await_input(self, time: float, longest: float) -> bool:
         """Wait for slow work, done beside the loop, that the next `update` uses.
 

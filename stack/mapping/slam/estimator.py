@@ -11,7 +11,7 @@ import numpy as np
 from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError, NavigationError
+from stack.errors import InputError, NavigationError, WorkerError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.parameters import check_lidar
 from stack.localisation.search.matches import GlobalMatch, Views
@@ -45,9 +45,6 @@ SEARCH_PERIOD = 5.0
 
 MAP_PERIOD = 1.0
 """Time between two updates of the costmap's map, s."""
-
-LONGEST_LINK = 10.0
-"""Seconds over which odometry links an earlier pose to a keyframe."""
 
 
 class SlamEstimator(Estimator):
@@ -121,7 +118,7 @@ class SlamEstimator(Estimator):
         self._map_from_odom, self._odometry = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._matched = Pose2D(0.0, 0.0)
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
-        self._consistency = MapConsistency()
+        self._consistency, self._notes = MapConsistency(), list[str]()
         self._health = 1.0
         self._time = self._corrected_at = self._scanned_at = 0.0
         self._is_started, self._is_real_time = False, False
@@ -187,10 +184,20 @@ class SlamEstimator(Estimator):
         scan = observation.named(self.lidar, Scan)
         if scan is not None and frames.covers(scan.stamp):
             self._process(scan, frames.pose_at("odom", scan.stamp))
-        if self.mapper.needs_optimising and not self._worker.is_busy:
+        if self.mapper.needs_optimising and self._worker.is_free(self._time):
             self._worker.submit(self.mapper.problem(), self._time + self.parameters.latency)
         self.mapper.draw(KEYFRAMES_PER_STEP)
         return self.estimate
+
+    def take_notes(self) -> Sequence[str]:
+        """Return what became of the optimiser since the last call."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    @property
+    def fault(self) -> str:
+        """Why the map is not corrected; empty while it is."""
+        return self._worker.fault
 
     def await_input(self, time: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for an optimisation that is due."""
@@ -208,8 +215,7 @@ class SlamEstimator(Estimator):
         graph = self.mapper.graph
         if not graph.landmarks:
             return ()
-        problem = problem_of(graph)
-        return markers_of(graph, self._worker.solve(problem))
+        return markers_of(graph, self._worker.solve(problem_of(graph)))
 
     def take_map(self) -> OccupancyGrid | None:
         """Return the map when it changed, at most every MAP_PERIOD seconds."""
@@ -278,11 +284,7 @@ class SlamEstimator(Estimator):
 
     def corrected_pose(self, stamp: float, odometry: Pose2D) -> Pose2D | None:
         """Return the pose at a stamp of this run, from the keyframe nearest in time."""
-        own = [k for k in self.mapper.graph.keyframes.values() if k.session == self.mapper.session]
-        near = min(own, key=lambda keyframe: abs(keyframe.stamp - stamp), default=None)
-        if near is None or abs(near.stamp - stamp) > LONGEST_LINK:
-            return None
-        return near.pose.compose(odometry.relative_to(near.odometry))
+        return self.mapper.graph.pose_at(stamp, odometry, self.mapper.session)
 
     def configure(self, parameters: SlamParameters) -> None:
         """Apply new parameters to the next scans."""
@@ -383,12 +385,16 @@ class SlamEstimator(Estimator):
             self._health += HEALTH_GAIN * (fit - self._health)
 
     def _apply_optimisation(self) -> None:
-        optimum = self._worker.result(self._time)
+        try:
+            optimum = self._worker.result(self._time)
+        except WorkerError as error:
+            self._notes.append(str(error))
+            self.mapper.needs_optimising = True
+            return
         if optimum is None:
             return
         before = self.mapper.pose
         self.mapper.apply(optimum)
-        after = self.mapper.pose
-        correction = after.compose(before.inverse())
+        correction = self.mapper.pose.compose(before.inverse())
         self._map_from_odom = correction.compose(self._map_from_odom)
         self._corrected_at = self._time

@@ -40,7 +40,7 @@ from stack.mapping.slam.matching.local_map import (
 )
 from stack.mapping.slam.matching.scans import PreparedScan, prepare
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
-from stack.mapping.slam.optimiser import Optimum
+from stack.mapping.slam.optimiser import GraphOptimiser, Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
 from stack.mapping.slam.upkeep import MapUpkeep
@@ -100,6 +100,7 @@ class Mapper:
         self.loop_closures = 0
         self.match: ScanMatch | None = None
         self._immediate, self._noise = immediate, noise
+        self._optimiser = GraphOptimiser()
         self._scans: dict[int, PreparedScan] = {}
         self._loops = LoopClosure(self.parameters, self.graph, self.neighbourhood, self.prepared)
         self._upkeep = MapUpkeep(self.graph, self.neighbourhood)
@@ -231,7 +232,7 @@ class Mapper:
 
     def optimise(self) -> None:
         """Optimise the graph; poses, map and trajectory follow."""
-        self.apply(solve(self.problem()))
+        self.apply(solve(self.problem(), self._optimiser))
 
     def apply(self, optimum: Optimum) -> None:
         """Move keyframes to optimised poses; those added since move with the newest of them."""
