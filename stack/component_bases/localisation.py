@@ -212,6 +212,11 @@ class Estimator(Component, ABC):
         """The map that the estimator draws; None if it draws none. A new one is a new object."""
         return None
 
+    @property
+    def unmapped(self) -> str:
+        """Why there is nothing on the map that the estimator draws; empty if there is something."""
+        return ""
+
     def map_files(self) -> Mapping[str, bytes]:
         """Return further files of a saved map by name, e.g. of a pose graph."""
         return {}

@@ -38,8 +38,6 @@ from stack.types import (
 
 KEYFRAMES_PER_STEP = 5
 """Keyframes drawn again in a control step after a loop closure."""
-HEALTH_GAIN = 0.1
-"""Share of a new scan in the health."""
 SEARCH_PERIOD = 5.0
 """Time between two searches of the whole map while the robot is lost on a saved map, s."""
 
@@ -85,24 +83,15 @@ class SlamEstimator(Estimator):
     @classmethod
     def check_map(cls, folder: Path | None) -> None:
         """Check that a saved map has a pose graph."""
-        from stack.mapping.graph_files import HEADER, check_graph
+        from stack.mapping.graph_files import check_graph
 
-        if folder is None:
-            return
-        if not (folder / HEADER).is_file():
-            raise InputError(
-                f"the map has no pose graph ({HEADER}): it was not saved with `localisation: slam`;"
-                " use `localisation: mcl`"
-            )
-        check_graph(folder)
+        if folder is not None:
+            check_graph(folder)
 
     def __init__(
-        self,
-        parameters: SlamParameters,
-        robot: RobotDescription,
-        grid: OccupancyGrid | None,
+        self, parameters: SlamParameters, robot: RobotDescription, grid: OccupancyGrid | None,
         seed: int,
-    ) -> None:
+    ) -> None:  # fmt: skip
         from stack.mapping.slam.mapper import Mapper
         from stack.mapping.slam.worker import OptimiserWorker
 
@@ -119,7 +108,7 @@ class SlamEstimator(Estimator):
         self._matched = Pose2D(0.0, 0.0)
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
         self._consistency, self._notes = MapConsistency(), list[str]()
-        self._health = 1.0
+        self._health, self._scans = 1.0, 0
         self._time = self._corrected_at = self._scanned_at = 0.0
         self._is_started, self._is_real_time = False, False
         self._taken, self._map_due = self.mapper.shown_grid, 0.0
@@ -183,6 +172,7 @@ class SlamEstimator(Estimator):
         self._apply_optimisation()
         scan = observation.named(self.lidar, Scan)
         if scan is not None and frames.covers(scan.stamp):
+            self._scans += 1
             self._process(scan, frames.pose_at("odom", scan.stamp))
         if self.mapper.needs_optimising and self._worker.is_free(self._time):
             self._worker.submit(self.mapper.problem(), self._time + self.parameters.latency)
@@ -229,6 +219,16 @@ class SlamEstimator(Estimator):
     def grid(self) -> OccupancyGrid:
         """The map that is drawn; a new object after each change."""
         return self.mapper.shown_grid
+
+    @property
+    def unmapped(self) -> str:
+        """Why the map has no walls; empty if it has some."""
+        if self.grid.occupied.any():
+            return ""
+        if not self._scans:
+            return f"no scan of {self.lidar} could be used; the report counts those dropped"
+        longest = self.parameters.match_range
+        return f"none of {self._scans} scans of {self.lidar} shows a wall within {longest:g} m"
 
     def map_files(self) -> dict[str, bytes]:
         """Return the pose graph, also as g2o, and the trajectory of the keyframes."""
@@ -369,20 +369,13 @@ class SlamEstimator(Estimator):
         match = self.mapper.match
         if match is None:
             return
-        self._weigh(pose, scan)
+        self._health = self._consistency.weighed(self._health, self.grid, pose, scan)
         if not match.information.any():  # nothing to match with: odometry alone
             position, heading = odometry_error(moved)
             errors = np.diag(np.square([position, position, heading]))
             self._covariance = self._covariance + errors
             return
         self._covariance = match.covariance
-
-    def _weigh(self, pose: Pose2D, scan: Scan) -> None:
-        """Take a scan into the health, unless it only shows what the map does not know yet."""
-        self._consistency.use(self.grid)
-        fit = self._consistency.fit(pose, scan)
-        if fit is not None:
-            self._health += HEALTH_GAIN * (fit - self._health)
 
     def _apply_optimisation(self) -> None:
         try:
