@@ -180,8 +180,8 @@ class SlamEstimator(Estimator):
         return self.estimate
 
     def take_notes(self) -> Sequence[str]:
-        """Return what became of the optimiser since the last call."""
-        notes, self._notes = self._notes, []
+        """Return what was found in the measurements, and what became of the optimiser."""
+        notes, self._notes = [*self._notes, *self.mapper.take_notes()], []
         return notes
 
     @property

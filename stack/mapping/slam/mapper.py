@@ -40,6 +40,7 @@ from stack.mapping.slam.matching.local_map import (
 )
 from stack.mapping.slam.matching.scans import PreparedScan, prepare
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
+from stack.mapping.slam.odometry_check import OdometryCheck
 from stack.mapping.slam.optimiser import GraphOptimiser, Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
@@ -113,6 +114,8 @@ class Mapper:
         self._pending, self._is_confirmed = 0, True
         self._chain: tuple[Keyframe, float] | None = None
         self._matched_at = self._pose
+        self._check = OdometryCheck()
+        self._doubt: FloatArray = np.zeros(3)  # of the odometry since the newest keyframe, squared
         if self.graph.keyframes:
             self._renderer.moved(self.graph)
             self._renderer.grid(self.graph)
@@ -143,7 +146,7 @@ class Mapper:
             self._odometry = odometry_pose
             self._insert(stamp, odometry_pose, scan, prepared)
         else:
-            self._pose = self._matched(odometry_pose, prepared)
+            self._pose = self._matched(stamp, odometry_pose, prepared)
             self._odometry = odometry_pose
             if not self.is_mapping:
                 if self._is_moved(self._matched_at):
@@ -156,6 +159,10 @@ class Mapper:
         if self.needs_optimising and self._immediate:
             self.optimise()
         return self._pose
+
+    def take_notes(self) -> list[str]:
+        """Return what was found in scans and odometry since the last call, as sentences."""
+        return self._check.take_notes()
 
     def add_marker(self, seen: MarkerObservation, odometry_pose: Pose2D) -> None:
         """Take a marker into the graph, as seen from the keyframe that scans are matched with.
@@ -277,10 +284,13 @@ class Mapper:
             self._scans[keyframe] = prepare(scan, self.parameters.match_range, self._noise)
         return self._scans[keyframe]
 
-    def _matched(self, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
+    def _matched(self, stamp: float, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
         """Return the pose of a scan; that of odometry if it does not match."""
-        moved = odometry.relative_to(self._odometry)
-        pose, self.match = align_step(self._local_map(), scan, self._pose, moved)
+        moved, elapsed = odometry.relative_to(self._odometry), self._check.elapsed(stamp)
+        pose, self.match = align_step(self._local_map(), scan, self._pose, moved, elapsed)
+        if self.match.information.any():
+            matched = pose.relative_to(self._pose)
+            self._doubt = self._doubt + self._check.compare(stamp, moved, matched, self.match)
         return pose
 
     def _local_map(self) -> LocalMap:
@@ -341,6 +351,7 @@ class Mapper:
             self._drive_on()
             self._connect(last, new)
         self._last, self._local, self._matched_at, self._chain = new, None, self._pose, (new, 0.0)
+        self._doubt = np.zeros(3)
         self._renderer.add(new)
         closed = self._loops.find(new.id)
         if closed:
@@ -354,7 +365,8 @@ class Mapper:
         if self._chain is not None:
             before = self._chain[0]
             moved = new.odometry.relative_to(before.odometry)
-            information = odometry_information(moved)
+            doubted = np.linalg.inv(odometry_information(moved)) + np.diag(self._doubt)
+            information = np.linalg.inv(doubted)
             self.graph.add_edge(Edge(before.id, new.id, moved, information, "odometry"))
         near = self.neighbourhood.around(last.id, new.pose, NEIGHBOUR_EDGES, REFERENCE_DISTANCE)
         edges = 0

@@ -20,8 +20,12 @@ POOR_OVERLAP, WIDE_WINDOW = 0.6, (1.0, 1.4)
 as after a gap in the measurements or a slip."""
 
 LARGE_STEP, LARGE_TURN = 0.4, 0.5
-"""Metres and radians between two scans above which the scan is also searched near the last pose:
-odometry that stood still for some scans reports all of their motion at once."""
+"""Metres and radians between two scans above which the scan is also searched near the last pose, if
+the motion is faster than FASTEST: odometry was reset, or reports at once what it has missed."""
+
+FASTEST = 2.5
+"""Metres and radians per second. A slower motion over a gap in the scans is believed: in a corridor
+the last pose would fit as well."""
 
 LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.5, 0.12
 """Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
@@ -39,7 +43,7 @@ EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
 
 
 def align_step(
-    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D
+    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D, elapsed: float
 ) -> tuple[Pose2D, ScanMatch]:
     """Return the pose of a scan and its match; the pose of odometry if it does not match.
 
@@ -50,6 +54,7 @@ def align_step(
         scan: base frame.
         pose: of the base at the scan before, map frame.
         moved: the motion since then by odometry, frame of that pose.
+        elapsed: seconds since then; 0 if unknown.
     """
     expected = pose.compose(moved)
     position, heading = odometry_deviation(moved)
@@ -57,7 +62,8 @@ def align_step(
     found = local.align(scan, expected, (expected, prior))
     likely = (position, heading)
     searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
-    if hypot(moved.x, moved.y) > LARGE_STEP or abs(moved.heading) > LARGE_TURN:
+    far, turned = hypot(moved.x, moved.y), abs(moved.heading)
+    if far > max(LARGE_STEP, FASTEST * elapsed) or turned > max(LARGE_TURN, FASTEST * elapsed):
         searches.append((pose, (LARGE_STEP, LARGE_TURN), 1.0))
     searches.append((expected, WIDE_WINDOW, POOR_OVERLAP))
     for centre, window, good in searches:
