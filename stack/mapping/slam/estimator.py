@@ -19,7 +19,7 @@ from stack.localisation.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
-from stack.mapping.slam.odometry_error import odometry_error
+from stack.mapping.slam.odometry.error import odometry_error
 from stack.mapping.slam.parameters import SlamParameters
 from stack.optional_packages import GTSAM
 from stack.types import (

@@ -24,6 +24,9 @@ EDGE_KINDS: tuple[EdgeKind, ...] = ("odometry", "match", "loop")
 """Kinds between keyframes. An edge of kind "marker" leads to a landmark; it follows from the
 sightings and is not stored."""
 
+DOUBTFUL_HEADING = 0.5
+"""Radians: deviation of odometry that was wrong."""
+
 LONGEST_LINK = 10.0
 """Seconds over which odometry links an earlier pose to a keyframe."""
 
@@ -70,6 +73,11 @@ class Edge:
     relative: Pose2D
     information: FloatArray
     kind: EdgeKind
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether it is odometry that does not know the heading: its ends are no neighbours."""
+        return self.kind == "odometry" and self.information[2, 2] < DOUBTFUL_HEADING**-2
 
 
 @dataclass(frozen=True, slots=True)

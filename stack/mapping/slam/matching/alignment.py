@@ -9,7 +9,7 @@ import numpy as np
 
 from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
 from stack.mapping.slam.matching.scans import PreparedScan
-from stack.mapping.slam.odometry_error import odometry_error
+from stack.mapping.slam.odometry.error import odometry_error
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 GOOD_OVERLAP = 0.75

@@ -32,9 +32,9 @@ class Line:
     truth: Pose2D
 
 
-def driven() -> list[Line]:
+def driven(*further: tuple[float, float]) -> list[Line]:
     rng = np.random.default_rng(5)
-    poses = line(*ROUTE, step=0.25)
+    poses = line(*ROUTE, *further, step=0.25)
     odometry, found = Pose2D(0.0, 0.0), []
     for k, (before, pose) in enumerate(pairwise([poses[0], *poses])):
         moved = pose.relative_to(before)
@@ -139,3 +139,21 @@ def test_a_fault_of_a_log_is_noted_and_leaves_the_map_exact(lines, clean, tmp_pa
     error, notes = mapped(fault(lines), tmp_path / "fault.log")
     assert error < 1.2 * clean + 0.002, notes
     assert note in notes
+
+
+def test_a_restart_of_the_odometry_in_a_gap_is_joined_by_the_scans(tmp_path):
+    """3 s without any line, in which the robot drives on and its odometry begins again at zero.
+
+    Where the robot is after it only the scans can tell, when it comes back to the corridors before.
+    """
+    lines = driven((13.0, 1.0), (13.0, 8.0))
+    first = next(k for k, one in enumerate(lines) if one.stamp >= EPOCH + 33.0)
+    start = lines[first].odometry
+    found = [
+        one if k < first else replace(one, odometry=one.odometry.relative_to(start))
+        for k, one in enumerate(lines)
+        if k >= first or one.stamp < EPOCH + 30.0
+    ]
+    error, notes = mapped(found, tmp_path / "restart.log")
+    assert "the scans fit neither odometry nor the map" in notes
+    assert error < 0.03

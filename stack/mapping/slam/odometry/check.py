@@ -56,7 +56,9 @@ class OdometryCheck:
         usual = float(np.median(self._periods)) if self._periods else passed
         self._periods.append(passed)
         if passed > max(GAP, GAP_PERIODS * usual):
-            self.note(f"no scan for {passed:.1f} s before {stamp:.1f} s; odometry carries the pose")
+            self._note(
+                f"no scan for {passed:.1f} s before {stamp:.1f} s; odometry carries the pose"
+            )
         return passed
 
     def compare(self, stamp: float, moved: Pose2D, matched: Pose2D, match: ScanMatch) -> FloatArray:
@@ -77,7 +79,7 @@ class OdometryCheck:
         if error @ np.linalg.solve(covariance, error) < CONTRADICTION:
             return np.zeros(3)
         if hypot(off.x, off.y) > JUMP or abs(error[2]) > TURN:
-            self.note(
+            self._note(
                 f"at {stamp:.1f} s odometry reports a motion of {hypot(moved.x, moved.y):.2f} m and"
                 f" {degrees(moved.heading):.0f} deg, the scans show"
                 f" {hypot(matched.x, matched.y):.2f} m and {degrees(matched.heading):.0f} deg"
@@ -99,13 +101,20 @@ class OdometryCheck:
         if min(late, reversed_) > LEFT_SHARE * wrong:
             return
         self._has_judged = True
-        self.note(
+        self._note(
             "odometry is one scan late: the scans show each turn earlier" if late < reversed_ else
             "the scans turn against odometry: the beams of the lidar run the other way round, or"
             " the heading of odometry does"
         )  # fmt: skip
 
-    def note(self, text: str) -> None:
+    def note_loss(self, stamp: float) -> None:
+        """Note that neither odometry nor scans tell the pose: a new local map begins."""
+        self._note(
+            f"at {stamp:.1f} s the scans fit neither odometry nor the map around: a new part of the"
+            " map begins; it is joined where the robot comes back to known places"
+        )
+
+    def _note(self, text: str) -> None:
         """Keep a sentence for `take_notes`; at most MOST_NOTES in all."""
         self._told += 1
         if self._told <= MOST_NOTES:
