@@ -38,6 +38,9 @@ always; a stronger pull by odometry that turns too little adds up to metres."""
 DEVIATION_FLOOR = 0.01
 """Metres and radians; deviation of odometry without any motion."""
 
+NORMAL_VARIANCE = 0.03**2
+"""rad²; of normals: a wall seems to hold a scan along it by this share of its points."""
+
 EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
 """Covariance added to that of a match: errors that its points share."""
 
@@ -94,6 +97,12 @@ def odometry_information(moved: Pose2D) -> FloatArray:
 
 
 def softened(information: FloatArray) -> FloatArray:
-    """Return the information after adding EDGE_FLOOR to the covariance; it may be singular."""
+    """Return the information after adding EDGE_FLOOR to the covariance; it may be singular.
+
+    What the errors of normals alone would tell is taken out: along a bare corridor nothing is left.
+    """
+    spurious = NORMAL_VARIANCE * float(information[0, 0] + information[1, 1])
+    values, axes = np.linalg.eigh(information - np.diag([spurious, spurious, 0.0]))
+    information = (axes * np.maximum(values, 0.0)) @ axes.T
     softer: FloatArray = information @ np.linalg.inv(np.eye(3) + EDGE_FLOOR @ information)
     return 0.5 * (softer + softer.T)
