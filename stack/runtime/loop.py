@@ -288,6 +288,7 @@ class Runtime:
             limitations=self.limitations,
             events=parts.telemetry.recent(SHOWN_EVENTS),
             debugging=parts.debugger.view() if parts.debugger else Debugging(),
+            localisation_fault=parts.perceiver.estimator.fault,
             records_lost="; ".join(record.text for record in parts.telemetry.lost),
         )
 
