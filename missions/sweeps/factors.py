@@ -14,6 +14,9 @@ from stack.errors import InputError
 DIGITS = 6
 """Significant digits of a drawn value: enough for a run, and short enough to be typed again."""
 
+END_DIGITS = 12
+"""Of the ends of a normal distribution: without the last bits of their arithmetic."""
+
 CUT = 3.0
 """Deviations at which a normal distribution is cut, so that its values have bounds to check."""
 
@@ -58,9 +61,10 @@ class Factor:
     @property
     def ends(self) -> tuple[float, float]:
         """Smallest and largest value of a distribution."""
-        if self.kind == NORMAL:
-            return self.low - CUT * self.high, self.low + CUT * self.high
-        return self.low, self.high
+        if self.kind != NORMAL:
+            return self.low, self.high
+        reach = CUT * self.high
+        return _rounded(self.low - reach, END_DIGITS), _rounded(self.low + reach, END_DIGITS)
 
     @property
     def probes(self) -> tuple[str, ...]:
@@ -86,7 +90,7 @@ class Factor:
             number = normal.inv_cdf(first + share * (last - first))
         else:
             number = low + share * (high - low)
-        return self._text(min(max(float(f"{number:.{DIGITS}g}"), low), high))
+        return self._text(min(max(_rounded(number, DIGITS), low), high))
 
     def typed(self, text: str) -> Value:
         """Return a value for a table: a number if all values are numbers of one unit, else text."""
@@ -111,7 +115,7 @@ class Factor:
         return cls(**{**plain, "values": tuple(plain["values"])})
 
     def _text(self, number: float) -> str:
-        shown = f"{number:.0f}" if self.whole else repr(number)
+        shown = f"{number:.0f}" if self.whole else repr(number).removesuffix(".0")
         return f"{shown} {self.unit}".rstrip()
 
 
@@ -166,6 +170,10 @@ def parts_of(text: str) -> list[str]:
         else:
             parts[-1] += character
     return [part.strip() for part in parts if part.strip()]
+
+
+def _rounded(number: float, digits: int) -> float:
+    return float(f"{number:.{digits}g}")
 
 
 def _number(text: str) -> tuple[float, str]:

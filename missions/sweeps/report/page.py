@@ -28,6 +28,7 @@ MOST_CLUSTERS, MOST_EXAMPLES = 30, 3
 
 OWN_STYLE = """
 .interval { stroke: var(--busy); stroke-width: 3; } .rate { fill: var(--ink); }
+figure.map { max-width: 720px; }
 """
 
 DISTRIBUTIONS: tuple[tuple[str, str, Callable[[SweepRow], float | None]], ...] = (
@@ -145,7 +146,9 @@ def _example(results: Results, row: SweepRow, base: Path) -> str:
         return f"<div>{row.number}: <code>{_safe(run_command(results, row))}</code></div>"
     folder = results.folder / row.folder
     link = escape(os.path.relpath(folder, base.absolute()), quote=True)
-    command = f"treepilot replay {shlex.quote(os.path.relpath(folder))}"
+    here = Path.cwd()
+    shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
+    command = shlex.join(["treepilot", "replay", str(shown)])
     return f'<div><a href="{link}/">{row.number}</a>: <code>{_safe(command)}</code></div>'
 
 

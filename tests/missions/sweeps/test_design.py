@@ -25,7 +25,7 @@ USE = read_factor("controller.use", "pure_pursuit,mppi")
         ("uniform(0.4, 0.8)", 0.25, "0.5"),
         ("uniform(1 m, 2 m)", 0.5, "1.5 m"),
         ("loguniform(0.01, 1)", 0.5, "0.1"),  # the geometric mean
-        ("normal(2, 0.5)", 0.5, "2.0"),  # the median
+        ("normal(2, 0.5)", 0.5, "2"),  # the median
         ("normal(2, 0.5)", 0.0, "0.5"),  # cut at three deviations
         ("a,b,c", 0.34, "b"),
         ("a,b,c", 0.999, "c"),
