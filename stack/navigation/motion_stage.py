@@ -1,6 +1,4 @@
-"""Interfaces of the stage that computes velocities, the navigator or none for a fixed base, and of
-what holds the base.
-"""
+"""Interfaces of what computes velocities, navigator or fixed base, and of what holds the base."""
 
 from __future__ import annotations
 
