@@ -16,12 +16,11 @@ from importlib import import_module
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
-from pathlib import Path
 from time import monotonic  # noqa: TID251 - only how long another process is waited for
 from typing import Any
 
 from stack.errors import TreepilotError, WorkerError, exception_sentence
-from stack.patience import Patience
+from stack.patience import Patience, processor_time
 
 ENDS_WITHIN = 1.0
 """Wall seconds that a process may take to end after it has closed its end of the pipe."""
@@ -112,15 +111,8 @@ class Worker:
         self._pipe = self._process = self._failure = None
 
     def _computed(self) -> float:
-        """Processor time of the process, seconds (proc(5), `stat`)."""
-        if self._process is None:
-            return 0.0
-        try:
-            stat = Path(f"/proc/{self._process.pid}/stat").read_text()
-        except OSError:
-            return 0.0  # it has ended
-        user, system = stat.rpartition(")")[2].split()[11:13]
-        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+        """Processor time of the process, seconds."""
+        return 0.0 if self._process is None else processor_time(self._process.pid)
 
     def _lost(self, error: Exception) -> WorkerError:
         """Return what became of the process."""

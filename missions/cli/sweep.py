@@ -108,7 +108,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     fail_if: FailIf = None,
     hang_after: Annotated[
         str | None,
-        typer.Option(metavar="DURATION", help="wall time without progress [default: 5 min]"),
+        typer.Option(metavar="DURATION", help="computing without progress [default: 5 min]"),
     ] = None,
     robot: OtherRobot = None,
     set_: Settings = None,

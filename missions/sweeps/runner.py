@@ -24,8 +24,8 @@ TABLE_PERIOD = 60.0
 """Wall seconds between two writes of the table."""
 
 SILENCE = 300.0
-"""Wall seconds without a step after which a run counts as hung: longer than the kernels of a fresh
-installation take to compile."""
+"""Seconds that a process may compute, or do nothing, without a step; then its run counts as hung.
+The kernels of a fresh installation compile in less."""
 
 Follow = Callable[[list[SweepRow]], None]
 """Gets all rows so far, after each run and at times in between."""
@@ -38,7 +38,7 @@ class Effort:
     Attributes:
         jobs: processes.
         until: claim that ends the sweep once it is decided.
-        silence: wall seconds without a step after which a run counts as hung.
+        silence: seconds computed, or idle, without a step after which a run counts as hung.
     """
 
     jobs: int = 1
