@@ -108,6 +108,13 @@ def test_another_sweep_in_the_folder_is_an_error(turn, tmp_path, executed, chang
         swept(turn, tmp_path / "out", **changes)
 
 
+def test_the_path_of_the_mission_does_not_matter(turn, tmp_path, executed, monkeypatch):
+    swept(turn, tmp_path / "out")
+    monkeypatch.chdir(turn.parent)
+    swept(turn.name, tmp_path / "out")
+    assert executed == list(range(12))
+
+
 def test_a_changed_mission_is_another_sweep(turn, tmp_path, executed):
     swept(turn, tmp_path / "out")
     turn.write_text(turn.read_text().replace("timeout: 4 s", "timeout: 5 s"))
