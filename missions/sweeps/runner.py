@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 
 from missions.bench.processes import ProcessEnded, results
 from missions.execution.resources import versions
+from missions.inspection.run_folders import is_run_folder
 from missions.sweeps.checking import CheckedSweep
 from missions.sweeps.claims import Claim
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
-from missions.sweeps.table import SweepFolder
+from missions.sweeps.table import RUNS, SweepFolder, place_of
 from missions.sweeps.worker import SweepInputs, start_worker
 
 RUNS_PER_PROCESS = 200
@@ -79,7 +80,7 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
     tabulated = perf_counter()
     with folder.open_journal() as journal, closing(made):  # type: ignore[type-var]
         for run, result in made:
-            row = _row(run, result)
+            row = _row(run, result, folder)
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
@@ -99,11 +100,15 @@ def _is_decided(until: Claim | None, rows: list[SweepRow]) -> bool:
     return until is not None and until.verdict(rows) is not None
 
 
-def _row(run: RunDescription, result: SweepRow | ProcessEnded | BaseException) -> SweepRow:
-    """Return the row of a run, also of one whose process has ended."""
+def _row(
+    run: RunDescription, result: SweepRow | ProcessEnded | BaseException, folder: SweepFolder
+) -> SweepRow:
+    """Return the row of a run; of one whose process has ended, with the records up to its end."""
     if isinstance(result, SweepRow):
         return result
     if isinstance(result, BaseException):
         raise result
     outcome = HUNG if result.hung else KILLED if result.killed else CRASHED
-    return SweepRow.without_figures(run, outcome, result.reason, versions())
+    row = SweepRow.without_figures(run, outcome, result.reason, versions())
+    place = place_of(folder.runs, run.number)
+    return replace(row, folder=f"{RUNS}/{place.name}") if is_run_folder(place) else row

@@ -33,6 +33,7 @@ from missions.inspection.page.story import read_story
 from missions.sweeps.asked import ALL, FAILURES, NONE, Sweep
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, FAILURE, REFUSED, SUCCESS, TIME_LIMIT, SweepRow
+from missions.sweeps.table import place_of
 from robots.bodies import BodySetup, MakeBody, Simulated, body_kind
 from robots.simulated import SimulatedBody
 from stack.body import Body
@@ -142,7 +143,7 @@ class RunMaker:
         A mission that keeps values writes them beside its run folders: each has a place of its own,
         since runs must not depend on those before.
         """
-        place = self._inputs.runs / f"{run.number:05d}"
+        place = place_of(self._inputs.runs, run.number)
         shutil.rmtree(place, ignore_errors=True)  # of an attempt that was interrupted
         keeps = any(symbol.keep for symbol in plan.mission.blackboard.values())
         return place / plan.mission.source.stem if keeps else place
