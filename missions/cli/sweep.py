@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from missions.sweeps.row import SweepRow
     from missions.sweeps.sweep_file import SweepWords
 
-HELP = """Run a mission hundreds of times, and report what the runs show.
+HELP = """Run a mission many times, over seeds and factors.
 
 \b
   treepilot sweep MISSION …        run; the same as `treepilot sweep run MISSION`
