@@ -16,15 +16,11 @@ from importlib import import_module
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
-from pathlib import Path
 from time import monotonic  # noqa: TID251 - only how long another process is waited for
 from typing import Any
 
 from stack.errors import TreepilotError, WorkerError, exception_sentence
-from stack.patience import Patience
-
-NO_PROCESS = ["X", *"0" * 12]
-"""The state of a process that has ended."""
+from stack.patience import Patience, process_state, processor_time
 
 ENDS_WITHIN = 1.0
 """Wall seconds that a process may take to end after it has closed its end of the pipe."""
@@ -111,7 +107,7 @@ class Worker:
     @property
     def is_suspended(self) -> bool:
         """Whether a signal has stopped the process: it does nothing until another one comes."""
-        return self._stat()[0] == "T"
+        return self._process is not None and process_state(self._process.pid)[0] == "T"
 
     def kill(self, why: str) -> None:
         """End the process while another thread waits for its answer; that fails with a reason.
@@ -135,19 +131,7 @@ class Worker:
 
     def _computed(self) -> float:
         """Processor time of the process, seconds."""
-        user, system = self._stat()[11:13]
-        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
-
-    def _stat(self) -> list[str]:
-        """Return the state of the process and what follows it in proc(5), `stat`."""
-        process = self._process
-        if process is None:
-            return NO_PROCESS
-        try:
-            stat = Path(f"/proc/{process.pid}/stat").read_text()
-        except OSError:
-            return NO_PROCESS  # it has ended
-        return stat.rpartition(")")[2].split()
+        return 0.0 if self._process is None else processor_time(self._process.pid)
 
     def _lost(self, error: Exception) -> WorkerError:
         """Return what became of the process."""

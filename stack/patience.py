@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import ClassVar
 
 IDLE = 0.01
@@ -17,13 +19,15 @@ class Patience:
 
     Args:
         computed: returns the processor time of the worker, seconds.
+        longest: seconds in place of LONGEST.
     """
 
     LONGEST: ClassVar[float] = 30.0
     """Seconds. Sound workers compute for a few seconds at most."""
 
-    def __init__(self, computed: Callable[[], float]) -> None:
+    def __init__(self, computed: Callable[[], float], longest: float | None = None) -> None:
         self._computed = computed
+        self._longest = self.LONGEST if longest is None else longest
         self.begin()
 
     @classmethod
@@ -46,10 +50,28 @@ class Patience:
         before, self._at = self._at, self._computed()
         self._work += min(max(0.0, self._at - before), waited)  # it may have several threads
         self._idle += waited
-        if self._at - self._active_at > IDLE * self.LONGEST:
+        if self._at - self._active_at > IDLE * self._longest:
             self._active_at, self._idle = self._at, 0.0
 
     @property
     def left(self) -> float:
         """Seconds for which the worker is still waited for at least; 0: no longer."""
-        return max(0.0, self.LONGEST - max(self._work, self._idle))
+        return max(0.0, self._longest - max(self._work, self._idle))
+
+
+def process_state(process: int) -> tuple[str, float]:
+    """Return state and processor time, seconds, of a process (proc(5), `stat`).
+
+    The state is a letter, as T for one that is stopped; X and 0 if it has ended.
+    """
+    try:
+        stat = Path(f"/proc/{process}/stat").read_text()
+    except OSError:
+        return "X", 0.0
+    state, *_ = fields = stat.rpartition(")")[2].split()
+    return state, (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def processor_time(process: int) -> float:
+    """Return what a process has computed so far, seconds; 0 if it has ended."""
+    return process_state(process)[1]

@@ -22,6 +22,8 @@ from multiprocessing.process import BaseProcess
 from time import perf_counter
 from typing import Any, TypeVar
 
+from stack.patience import Patience, processor_time
+
 E = TypeVar("E")
 
 Alive = Callable[[], None]
@@ -32,7 +34,7 @@ Start = Callable[[Alive], Callable[[E], Any]]
 It can be pickled."""
 
 LONGEST_RUN = 4.0 * 3600.0
-"""Wall seconds after which a run counts as hung: far more than the slowest run of a bench takes."""
+"""Seconds after which a run counts as hung: far more than the slowest run of a bench takes."""
 
 STDERR = 2
 """File descriptor."""
@@ -68,25 +70,33 @@ class _Worker:
     def __init__(self, start: Start[Any], silence: float) -> None:
         context = get_context("spawn")
         self.connection, theirs = context.Pipe()
-        self._silence, self._heard = silence, context.RawValue("d", 0.0)
+        self._silence, self._heard = silence, context.RawValue("L", 0)
         arguments = theirs, start, self._heard, os.getpid()
         self.process: BaseProcess = context.Process(target=_serve, args=arguments, daemon=True)
         self.process.start()
         theirs.close()
         self.entry: Any = None
-        self.given, self._began = 0, 0.0
+        self.given, self._noted = 0, 0
+        process = self.process.pid or 0
+        self._patience = Patience(lambda: processor_time(process), silence)
 
     @property
     def left(self) -> float:
-        """Wall seconds until the run counts as hung; 0 afterwards."""
-        # The clock of the processes is one: CLOCK_MONOTONIC.
-        heard: float = self._heard.value
-        return max(0.0, max(self._began, heard) + self._silence - perf_counter())
+        """Seconds until the run counts as hung; 0 afterwards."""
+        return self._patience.left
+
+    def heed(self, waited: float) -> None:
+        """Count wall seconds in which the run may have got further."""
+        if self._heard.value == self._noted:
+            self._patience.spend(waited)
+            return
+        self._noted = self._heard.value
+        self._patience.begin()
 
     def give(self, entry: Any) -> None:
         """Start a run."""
         self.entry, self.given = entry, self.given + 1
-        self._began = perf_counter()
+        self._patience.begin()
         with suppress(OSError):  # the process has died; `result` says so
             self.connection.send(entry)
 
@@ -122,8 +132,8 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
         entries: arguments, taken when a process is free.
         jobs: number of processes.
         runs_per_process: a process is replaced after so many runs.
-        silence: wall seconds after which a run counts as hung since it began or was alive; None:
-            LONGEST_RUN.
+        silence: seconds that a run may compute, or do nothing, since it began or was alive; then it
+            counts as hung. None: LONGEST_RUN.
         looked: called every LOOKS seconds.
     """
     waiting = iter(entries)
@@ -140,8 +150,10 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
             while following and len(workers) < jobs:
                 workers.append(_Worker(start, silence))
                 employ(workers[-1])
-            left = min(worker.left for worker in workers)
+            began, left = perf_counter(), min(worker.left for worker in workers)
             wait([worker.connection for worker in workers], min(left, LOOKS))
+            for worker in workers:
+                worker.heed(perf_counter() - began)
             looked()
             for worker in [one for one in workers if one.connection.poll() or not one.left]:
                 entry, result = worker.entry, worker.result()
@@ -167,7 +179,7 @@ def bounded() -> Iterator[None]:
         faulthandler.cancel_dump_traceback_later()
 
 
-def _serve(connection: Connection, start: Start[Any], heard: ctypes.c_double, parent: int) -> None:
+def _serve(connection: Connection, start: Start[Any], heard: ctypes.c_ulong, parent: int) -> None:
     """Make runs until the parent ends."""
     # ctrl+C reaches every process of a terminal: the parent ends its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -176,7 +188,7 @@ def _serve(connection: Connection, start: Start[Any], heard: ctypes.c_double, pa
         return
 
     def alive() -> None:
-        heard.value = perf_counter()
+        heard.value += 1
 
     make = start(alive)
     while True:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from missions.sweeps.row import SweepRow
     from missions.sweeps.sweep_file import SweepWords
 
-HELP = """Run a mission hundreds of times, and report what the runs show.
+HELP = """Run a mission many times, over seeds and factors.
 
 \b
   treepilot sweep MISSION …        run; the same as `treepilot sweep run MISSION`
@@ -108,7 +108,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     fail_if: FailIf = None,
     hang_after: Annotated[
         str | None,
-        typer.Option(metavar="DURATION", help="wall time without progress [default: 5 min]"),
+        typer.Option(metavar="DURATION", help="computing without progress [default: 5 min]"),
     ] = None,
     robot: OtherRobot = None,
     set_: Settings = None,

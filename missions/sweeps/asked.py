@@ -99,8 +99,13 @@ class Sweep:
         return self.design != LATIN or not self.factors
 
     def differences(self, other: Sweep) -> Iterator[str]:
-        """Yield in what two sweeps differ, as sentences; keep and number of runs may differ."""
+        """Yield in what two sweeps differ, as sentences; keep and number of runs may differ.
+
+        The path of the mission may differ too: digests tell whether it is the same file.
+        """
         before, now = other.plain(), self.plain()
+        for plain in (before, now):
+            plain["mission"] = Path(plain["mission"]).stem
         factors = ({one["name"]: one for one in plain.pop("factors")} for plain in (before, now))
         old, new = factors
         if self.may_grow:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 
 from missions.bench.processes import ProcessEnded, results
 from missions.execution.resources import versions
+from missions.inspection.run_folders import is_run_folder
 from missions.sweeps.checking import CheckedSweep
 from missions.sweeps.claims import Claim
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
-from missions.sweeps.table import SweepFolder
+from missions.sweeps.table import RUNS, SweepFolder, place_of
 from missions.sweeps.worker import SweepInputs, start_worker
 
 RUNS_PER_PROCESS = 200
@@ -24,8 +25,8 @@ TABLE_PERIOD = 60.0
 """Wall seconds between two writes of the table."""
 
 SILENCE = 300.0
-"""Wall seconds without a step after which a run counts as hung: longer than the kernels of a fresh
-installation take to compile."""
+"""Seconds that a process may compute, or do nothing, without a step; then its run counts as hung.
+The kernels of a fresh installation compile in less."""
 
 Follow = Callable[[list[SweepRow]], None]
 """Gets all rows so far, after each run and at times in between."""
@@ -38,7 +39,7 @@ class Effort:
     Attributes:
         jobs: processes.
         until: claim that ends the sweep once it is decided.
-        silence: wall seconds without a step after which a run counts as hung.
+        silence: seconds computed, or idle, without a step after which a run counts as hung.
     """
 
     jobs: int = 1
@@ -79,7 +80,7 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
     tabulated = perf_counter()
     with folder.open_journal() as journal, closing(made):  # type: ignore[type-var]
         for run, result in made:
-            row = _row(run, result)
+            row = _row(run, result, folder)
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
@@ -99,11 +100,15 @@ def _is_decided(until: Claim | None, rows: list[SweepRow]) -> bool:
     return until is not None and until.verdict(rows) is not None
 
 
-def _row(run: RunDescription, result: SweepRow | ProcessEnded | BaseException) -> SweepRow:
-    """Return the row of a run, also of one whose process has ended."""
+def _row(
+    run: RunDescription, result: SweepRow | ProcessEnded | BaseException, folder: SweepFolder
+) -> SweepRow:
+    """Return the row of a run; of one whose process has ended, with the records up to its end."""
     if isinstance(result, SweepRow):
         return result
     if isinstance(result, BaseException):
         raise result
     outcome = HUNG if result.hung else KILLED if result.killed else CRASHED
-    return SweepRow.without_figures(run, outcome, result.reason, versions())
+    row = SweepRow.without_figures(run, outcome, result.reason, versions())
+    place = place_of(folder.runs, run.number)
+    return replace(row, folder=f"{RUNS}/{place.name}") if is_run_folder(place) else row

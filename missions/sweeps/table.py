@@ -31,6 +31,19 @@ DESCRIPTION, JOURNAL, TABLE, RUNS = "sweep.json", "journal.jsonl", "runs.parquet
 
 OTHER_OUT = "choose another --out"
 
+JOURNAL_BYTES = 1 << 30
+"""Largest journal that is read: about a million runs."""
+
+
+def place_of(runs: Path, number: int) -> Path:
+    """Return the place of the folder of a run.
+
+    Args:
+        runs: folder of the run folders.
+        number: of the run.
+    """
+    return runs / f"{number:05d}"
+
 
 class SweepFolder:
     """The folder of a sweep.
@@ -80,7 +93,7 @@ class SweepFolder:
         """Open the journal for further rows; a line that an interruption cut off is removed."""
         file = self.path / JOURNAL
         if file.exists():
-            content = read_bytes(file, JSON_BYTES)
+            content = read_bytes(file, JOURNAL_BYTES)
             whole = content.rfind(b"\n") + 1
             if whole != len(content):
                 os.truncate(file, whole)
@@ -110,7 +123,7 @@ class SweepFolder:
         file = self.path / JOURNAL
         if not file.exists():
             return []
-        text = decoded(read_input(file, "journal", JSON_BYTES), file)
+        text = decoded(read_input(file, "journal", JOURNAL_BYTES), file)
         rows: dict[int, SweepRow] = {}
         for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
             try:

@@ -10,12 +10,14 @@ import subprocess
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import process_time
 
 import pytest
 
 from missions.bench.bench import PASSED, Bench, Options, Row
 from missions.bench.goal_runs import Case, Entry, Rules, Setup
 from missions.bench.mission_runs import MISSIONS, QUIET, MissionEntry
+from missions.bench.processes import ProcessEnded, results
 from missions.bench.run_table import fill
 from missions.bench.trial import run_trial
 from missions.execution.resources import WORLDS
@@ -143,6 +145,26 @@ def test_a_process_that_hangs_is_ended_and_reported(tmp_path, monkeypatch):
     rows = filled((13, 13, 13, 1), Options(tmp_path, jobs=2))
     assert {row.cause for row in rows} == {"hung: no progress for 0 s"}
     assert not any(process.is_alive() for process in multiprocessing.active_children())
+
+
+def starting(alive):
+    """Entries are seconds that a run computes; those above 0 are alive meanwhile."""
+
+    def make(seconds):
+        began = process_time()
+        while process_time() - began < abs(seconds):
+            if seconds > 0.0:
+                alive()
+        return seconds
+
+    return make
+
+
+@pytest.mark.slow
+def test_a_run_that_gets_on_does_not_hang_however_long_it_takes():
+    made = dict(results(starting, (5.0, -5.0), 2, 9, silence=3.0))
+    assert made[5.0] == 5.0
+    assert made[-5.0] == ProcessEnded("hung: no progress for 3 s", hung=True)
 
 
 def test_wrong_input_ends_a_table_that_several_processes_fill(tmp_path):

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from missions.bench.processes import ProcessEnded
 from missions.cli.app import app
 from missions.sweeps import runner
-from missions.sweeps.asked import Sweep
+from missions.sweeps.asked import Sweep, with_choices
 from missions.sweeps.checking import checked, option_refusal
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import read_factor
@@ -108,6 +108,13 @@ def test_another_sweep_in_the_folder_is_an_error(turn, tmp_path, executed, chang
         swept(turn, tmp_path / "out", **changes)
 
 
+def test_the_path_of_the_mission_does_not_matter(turn, tmp_path, executed, monkeypatch):
+    swept(turn, tmp_path / "out")
+    monkeypatch.chdir(turn.parent)
+    swept(turn.name, tmp_path / "out")
+    assert executed == list(range(12))
+
+
 def test_a_changed_mission_is_another_sweep(turn, tmp_path, executed):
     swept(turn, tmp_path / "out")
     turn.write_text(turn.read_text().replace("timeout: 4 s", "timeout: 5 s"))
@@ -151,16 +158,39 @@ def test_a_full_disk_keeps_what_is_there(tmp_path):
     assert "No space left on device; the rows before are kept" in str(error.value)
 
 
-def test_processes_that_end_are_outcomes():
-    run = RunDescription(3, 4)
+def test_processes_that_end_are_outcomes(tmp_path):
+    run, folder = RunDescription(3, 4), SweepFolder(tmp_path)
     ends = {
         "hung": ProcessEnded("hung: no progress for 9 s", hung=True),
         "killed": ProcessEnded("the process was ended by SIGKILL", killed=True),
         "crashed": ProcessEnded("the process was ended by SIGSEGV"),
     }
     for outcome, end in ends.items():
-        row = runner._row(run, end)
+        row = runner._row(run, end, folder)
         assert (row.number, row.outcome, row.reason) == (3, outcome, end.reason)
+        assert row.folder == ""
+    (tmp_path / "runs" / "00003").mkdir(parents=True)
+    for name in ("events.jsonl", "mission.yaml"):
+        (tmp_path / "runs" / "00003" / name).touch()
+    assert runner._row(run, ends["killed"], folder).folder == "runs/00003"
+
+
+def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
+    sweep = Sweep("m", 4, "grid")
+    shipped = with_choices(sweep, "twin_*", ("scout", "jackal"))
+    assert [factor.values for factor in shipped.factors] == [
+        ("twin_galleries", "twin_rooms"), ("scout", "jackal")
+    ]  # fmt: skip
+    for name in ("b", "a"):
+        (tmp_path / f"{name}.yaml").touch()
+    every = with_choices(sweep, f"{tmp_path}/*.yaml", ())
+    assert every.factors[0].values == (str(tmp_path / "a.yaml"), str(tmp_path / "b.yaml"))
+    monkeypatch.chdir(tmp_path)
+    assert with_choices(sweep, "*.yaml", ()).factors[0].values == ("a.yaml", "b.yaml")
+    with pytest.raises(InputError, match="no world file matches 'atlantis"):
+        with_choices(sweep, "atlantis*", ())
+    with pytest.raises(InputError, match="the factor robot is given twice"):
+        with_choices(replace(sweep, factors=(read_factor("robot", "a,b"),)), "", ("scout",))
 
 
 FILE = """\
