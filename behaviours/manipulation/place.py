@@ -29,7 +29,8 @@ PLACES = 6
 class Place(ArmBehaviour):
     """Put the block in the hand down: on a box of the world, on another block, or at a pose.
 
-    On a box, it takes the free place nearest to the middle that the arm reaches. The arm moves
+    On a box, it takes the free place nearest to the middle that the arm reaches and where the
+    fingers can open. The arm moves
     above the place, lowers the block in a straight line, opens the fingers and moves up. Fails with
     MISSED if the hand holds no block, SLIPPED if the block was lost on the way, GOAL_OCCUPIED if no
     place is free, and UNREACHABLE or NO_MOTION_PLAN if the arm comes to none.
@@ -68,9 +69,12 @@ class Place(ArmBehaviour):
         else:
             self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self.block} block was detected")
         for tool in self._tools(held):
-            if (yield from self.done(self.robot.arm.move_tool(_above(tool)), "moving above")):
-                return (yield from self._put_down(held, tool))
-            if not self.is_unplanned:
+            above = self.robot.arm.move_tool(_above(tool))
+            if (yield from self.done(above, "moving above")) and (
+                yield from self._put_down(held, tool)
+            ):
+                return True
+            if not self.is_unplanned or self.robot.arm.held is None:
                 break
         return False
 
@@ -81,9 +85,9 @@ class Place(ArmBehaviour):
             arm.release(lost=True)
             self.fail(FailureCode.SLIPPED, f"the {held.colour} block was lost on the way")
             return False
-        if not (yield from self.line(tool, "lowering")):
-            return False
         width = min(state.width + OPENED, self.robot.gripper.width_max)
+        if not (yield from self.line(tool, "lowering", width=width)):
+            return False
         if not (yield from self.open(width)):
             return False
         arm.release()

@@ -139,15 +139,14 @@ class TestDetection:
         assert (behaviour.count, behaviour.colours) == (2, ["red", "red"])
         assert len(robot.arm.blocks) == 4
 
-    def test_a_hidden_block_stays_known_and_does_not_count(self, robot):
+    def test_a_block_that_is_not_found_again_counts_until_its_place_is_empty(self, robot):
         hidden, lost = block(0.6, 0.0), block(0.5, 0.2)
         robot.arm.see([hidden, lost])
         robot.seen_blocks, robot.gone_blocks = (block(0.4, 0.0, colour="blue"),), (lost,)
         behaviour = DetectBlocks()
         assert tick(behaviour, robot) is Status.SUCCESS
-        assert (behaviour.count, behaviour.colours) == (1, ["blue"])
-        assert behaviour.feedback_message == "1 found: blue; 1 more known, but hidden"
-        assert [it.colour for it in robot.arm.blocks.values()] == ["red", "blue"]
+        assert (behaviour.count, behaviour.colours) == (2, ["blue", "red"])
+        assert behaviour.feedback_message == "2 found: blue, red; 1 of them not seen now"
 
     def test_a_block_on_a_box(self, robot):
         robot.seen_blocks = (block(0.6, 0), block(0.5, 0.4, 0.045, "green"))
@@ -290,12 +289,16 @@ class TestPick:
         assert robot.arm.held is None
 
 
+PLACED = ["move_tool", "move_tool", "move", "move_tool"]
+"""Steps of a place: above, down, open, up."""
+
+
 class TestPlace:
     def test_on_a_box(self, robot):
         robot.arm.held = block(0.5, -0.1, 0.025)
         fingers(robot, 0.05, 30.0)
         assert answer(Place(on="the tray"), robot) is Status.SUCCESS
-        assert names(robot) == ["move_tool", "move_tool", "move", "move_tool"]
+        assert names(robot) == PLACED
         above, down, up = (given for name, given in robot.calls if name == "move_tool")
         # The tool is 5 mm below the middle of the block; tray 2 cm, half a block, 4 mm of drop.
         assert down["pose"][:3, 3] == pytest.approx([0.55, 0.40, 0.02 + 0.025 + 0.004 - 0.005])
@@ -323,6 +326,20 @@ class TestPlace:
         assert second[:3, :3] == pytest.approx(
             from_angles((0, 0, 0), (0, 0, pi / 2))[:3, :3] @ first[:3, :3], abs=1e-12
         )
+
+    def test_a_place_without_room_to_open_the_fingers_is_replaced(self, robot):
+        robot.arm.held = block(0.5, -0.1)
+        fingers(robot, 0.05, 30.0)
+        behaviour = Place(on="the tray")
+        tick(behaviour, robot)
+        robot.task.succeed()  # above
+        tick(behaviour, robot)
+        name, given = robot.calls[-1]
+        assert (name, given["straight"]) == ("move_tool", True)
+        assert given["width"] == pytest.approx(0.066)
+        robot.task.fail(FailureCode.NO_MOTION_PLAN, "panda_leftfinger touches red block")
+        assert answer(behaviour, robot) is Status.SUCCESS
+        assert names(robot) == ["move_tool", "move_tool", *PLACED] and robot.arm.held is None
 
     def test_an_empty_hand_and_a_lost_block(self, robot):
         behaviour = Place(on="the tray")
