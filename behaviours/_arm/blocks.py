@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import atan2, cos, sin
+from math import atan2, cos, pi, sin
 
 import numpy as np
 
+from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.parameters import parameter
 from stack.types import OBJECT_COLOURS, Block, FloatArray, ObjectColour
 
@@ -20,8 +21,14 @@ DROP = 0.004
 GRID = 0.02
 """Metres between two places that are considered."""
 
-GAP = 0.01
-"""Metres between the circles around two blocks. The planner finds out whether a finger fits."""
+GAP = 0.025
+"""Metres between two blocks: cameras see them as two. The planner finds out whether fingers fit."""
+
+TURNS = (0.0, pi / 2.0, pi, -pi / 2.0)
+"""Radians about the vertical; a block looks the same."""
+
+ROUNDING = 1e-9
+"""Metres."""
 
 FOOT = 0.03
 """Metres between a block and the box under it at most: errors of their heights."""
@@ -81,29 +88,43 @@ def on_top(block: Block) -> tuple[float, float, float, float]:
 
 def free_places(
     box: tuple[FloatArray, FloatArray], placed: Block, others: Iterable[Block]
-) -> list[tuple[float, float, float, float]]:
-    """Return where a block can stand on a box, the places nearest to the middle first.
+) -> Iterator[tuple[float, float, float, float]]:
+    """Yield where a block can stand on a box, the places nearest to the middle first.
 
     Args:
         box: its pose (4, 4) and size (3,).
         placed: the block.
         others: that stand there.
 
-    Returns:
-        x, y and z of the underside, metres, and yaw, in the frame of the poses.
+    Yields:
+        x, y and z of the underside, metres, and yaw, in the frame of the poses; one for each turn.
     """
     pose, size = box
-    radius = float(np.hypot(*placed.size[:2])) / 2.0
-    half = np.maximum(size[:2] / 2.0 - radius, 0.0)
-    counts = np.floor(half / GRID).astype(int)
-    steps = [GRID * np.arange(-count, count + 1) for count in counts]
+    outlines = [_outline(*other.pose[:2, 3], yaw_of(other.pose), other.size) for other in others]
+    steps = [GRID * np.arange(-count, count + 1) for count in np.floor(size[:2] / 2.0 / GRID)]
     xs, ys = (axis.ravel() for axis in np.meshgrid(*steps))
-    order = np.argsort(np.hypot(xs, ys), kind="stable")
-    local = np.column_stack((xs, ys, np.full(len(xs), size[2] / 2.0)))[order]
-    places = local @ pose[:3, :3].T + pose[:3, 3]
-    free = np.ones(len(places), dtype=bool)
-    for other in others:
-        apart = np.hypot(*(places[:, :2] - other.pose[:2, 3]).T)
-        free &= apart > radius + float(np.hypot(*other.size[:2])) / 2.0 + GAP
-    yaw = yaw_of(pose)
-    return [(x, y, z, yaw) for x, y, z in places[free].tolist()]
+    for index in np.argsort(np.hypot(xs, ys), kind="stable"):
+        x, y, z = pose[:3, :3] @ (xs[index], ys[index], size[2] / 2.0) + pose[:3, 3]
+        for turn in TURNS:
+            outline = _outline(xs[index], ys[index], turn, placed.size)
+            if (np.abs(outline) > size[:2] / 2.0 + ROUNDING).any():
+                continue
+            yaw = yaw_of(pose) + turn
+            outline = _outline(x, y, yaw, placed.size)
+            if all(_gap(outline, other) > GAP for other in outlines):
+                yield float(x), float(y), float(z), yaw
+
+
+def _outline(x: float, y: float, yaw: float, size: FloatArray) -> FloatArray:
+    """Return the corners (4, 2) of a block seen from above."""
+    local = size[:2] / 2.0 * [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    turn = np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])
+    return np.asarray(local @ turn + (x, y))
+
+
+def _gap(one: FloatArray, other: FloatArray) -> float:
+    """Return the distance between two outlines, metres; 0 if they overlap."""
+    if points_inside(one, other).any() or points_inside(other, one).any():
+        return 0.0
+    nearest = distances_to_edges(one, other).min(), distances_to_edges(other, one).min()
+    return float(min(nearest))

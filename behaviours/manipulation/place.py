@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import pi
+from collections.abc import Iterable, Iterator
+from itertools import islice
 
 import numpy as np
 from py_trees.common import Status
 
 from behaviours._arm.acting import MOTION_FAILURES, ArmBehaviour
-from behaviours._arm.blocks import ABOVE, DROP, free_places, on_top, standing
+from behaviours._arm.blocks import ABOVE, DROP, TURNS, free_places, on_top, standing
 from behaviours._arm.poses import ToolPose
 from behaviours._motion.driving import Steps
 from behaviours.base import port
 from stack.errors import ParameterError
 from stack.types import OBJECT_COLOURS, Block, FailureCode, FloatArray
 
-TURNS = (0.0, pi / 2.0, pi, -pi / 2.0)
-"""Radians about the vertical; a block looks the same."""
-
 OPENED = 0.016
 """Metres by which the fingers open: they leave what stands beside the block alone."""
 
-PLACES = 6
-"""Free places that are tried."""
+PLACES = 24
+"""Free places and turns that are tried."""
 
 
 class Place(ArmBehaviour):
@@ -104,15 +101,15 @@ class Place(ArmBehaviour):
         assert tool is not None, "the arm has just told where the block is"
         grip = np.linalg.inv(held.pose) @ tool
         for x, y, z, yaw in self._places(held):
-            for turn in TURNS:
-                yield standing(x, y, z + held.size[2] / 2.0 + DROP, yaw + turn) @ grip
+            yield standing(x, y, z + held.size[2] / 2.0 + DROP, yaw) @ grip
 
-    def _places(self, held: Block) -> list[tuple[float, float, float, float]]:
+    def _places(self, held: Block) -> Iterable[tuple[float, float, float, float]]:
         """Return places for the underside of the block: x, y, z and yaw in the base link."""
         arm = self.robot.arm
         if self.on is not None:
-            return free_places(arm.box(self.on), held, arm.blocks.values())[:PLACES]
-        return [on_top(block) for block in arm.blocks.values() if block.colour == self.block]
+            return islice(free_places(arm.box(self.on), held, arm.blocks.values()), PLACES)
+        below = (on_top(block) for block in arm.blocks.values() if block.colour == self.block)
+        return ((x, y, z, yaw + turn) for x, y, z, yaw in below for turn in TURNS)
 
 
 def _above(tool: FloatArray) -> FloatArray:
