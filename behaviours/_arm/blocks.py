@@ -8,7 +8,6 @@ from math import atan2, cos, pi, sin
 
 import numpy as np
 
-from stack.geometry.polygons import distances_to_edges, points_inside
 from stack.parameters import parameter
 from stack.types import OBJECT_COLOURS, Block, FloatArray, ObjectColour
 
@@ -100,31 +99,35 @@ def free_places(
         x, y and z of the underside, metres, and yaw, in the frame of the poses; one for each turn.
     """
     pose, size = box
-    outlines = [_outline(*other.pose[:2, 3], yaw_of(other.pose), other.size) for other in others]
-    steps = [GRID * np.arange(-count, count + 1) for count in np.floor(size[:2] / 2.0 / GRID)]
-    xs, ys = (axis.ravel() for axis in np.meshgrid(*steps))
-    for index in np.argsort(np.hypot(xs, ys), kind="stable"):
-        x, y, z = pose[:3, :3] @ (xs[index], ys[index], size[2] / 2.0) + pose[:3, 3]
+    there = [(other.pose, other.size) for other in others]
+    xs, ys = (GRID * np.arange(-count, count + 1) for count in np.floor(size[:2] / 2.0 / GRID))
+    columns, rows = (axis.ravel() for axis in np.meshgrid(xs, ys))
+    for index in np.argsort(np.hypot(columns, rows), kind="stable"):
         for turn in TURNS:
-            outline = _outline(xs[index], ys[index], turn, placed.size)
-            if (np.abs(outline) > size[:2] / 2.0 + ROUNDING).any():
+            local = standing(columns[index], rows[index], size[2] / 2.0, turn)
+            over = np.abs(_points(local, placed.size)) - size[:2] / 2.0
+            if over.max() > ROUNDING:
                 continue
-            yaw = yaw_of(pose) + turn
-            outline = _outline(x, y, yaw, placed.size)
-            if all(_gap(outline, other) > GAP for other in outlines):
-                yield float(x), float(y), float(z), yaw
+            at = pose @ local
+            if all(_gap((at, placed.size), other) > GAP for other in there):
+                yield *at[:3, 3].tolist(), yaw_of(at)
 
 
-def _outline(x: float, y: float, yaw: float, size: FloatArray) -> FloatArray:
-    """Return the corners (4, 2) of a block seen from above."""
-    local = size[:2] / 2.0 * [(1, 1), (-1, 1), (-1, -1), (1, -1)]
-    turn = np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])
-    return np.asarray(local @ turn + (x, y))
+def _points(pose: FloatArray, size: FloatArray) -> FloatArray:
+    """Return points (25, 2) of a block seen from above, its corners among them."""
+    steps = np.linspace(-0.5, 0.5, 5)
+    local = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * size[:2]
+    return np.asarray(local @ pose[:2, :2].T + pose[:2, 3])
 
 
-def _gap(one: FloatArray, other: FloatArray) -> float:
-    """Return the distance between two outlines, metres; 0 if they overlap."""
-    if points_inside(one, other).any() or points_inside(other, one).any():
-        return 0.0
-    nearest = distances_to_edges(one, other).min(), distances_to_edges(other, one).min()
-    return float(min(nearest))
+def _gap(one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> float:
+    """Return the distance of two blocks, as pose and size, seen from above; 0 if they overlap."""
+    return min(_distance(one, other), _distance(other, one))
+
+
+def _distance(one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> float:
+    """Return the distance of the points of a block from another one, metres."""
+    pose, size = other
+    local = (_points(*one) - pose[:2, 3]) @ pose[:2, :2]
+    outside = np.maximum(np.abs(local) - size[:2] / 2.0, 0.0)
+    return float(np.hypot(*outside.T).min())
