@@ -205,6 +205,14 @@ class TestPick:
         planned = [given["block"] for name, given in robot.calls if name == "plan_grasps"]
         assert planned[-1] is (found if off > ELSEWHERE else shown)
 
+    def test_a_block_with_a_neighbour_is_not_looked_at_again(self, robot):
+        """The neighbour could be taken for it: the look does not tell colours."""
+        robot.arm.see([block(0.5, -0.1), block(0.56, -0.1, colour="green")])
+        robot.arm.grasps = (grasp("from above"),)
+        robot.hand_camera, robot.closer = "hand", block(0.56, -0.1)
+        assert answer(Pick(colour="red"), robot) is Status.SUCCESS
+        assert names(robot) == STEPS
+
     def test_without_a_closer_picture_the_grasp_goes_on(self, robot):
         robot.arm.see([block(0.5, -0.1)])
         robot.arm.grasps = (grasp("from above"),)
