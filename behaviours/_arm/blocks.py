@@ -17,7 +17,7 @@ ABOVE = 0.1
 DROP = 0.004
 """Metres that a block falls when the fingers open: errors of heights stay below."""
 
-GRID = 0.02
+GRID = 0.04
 """Metres between two places that are considered."""
 
 GAP = 0.025

@@ -19,7 +19,7 @@ from stack.types import OBJECT_COLOURS, Block, FailureCode, FloatArray
 OPENED = 0.016
 """Metres by which the fingers open: they leave what stands beside the block alone."""
 
-PLACES = 24
+PLACES = 48
 """Free places and turns that are tried."""
 
 

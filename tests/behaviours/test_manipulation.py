@@ -392,8 +392,8 @@ def test_free_places_are_on_the_box_and_apart(yaw, length, width, others):
 
 
 def test_three_long_blocks_fit_side_by_side():
-    """Blocks of 8 x 3 cm with gaps of 2.5 cm need 14 cm; circles around them 29 cm."""
-    box = standing(0.5, 0.0, 0.1, 0.3), np.array([0.12, 0.16, 0.02])
+    """Blocks of 8 x 3 cm, 8 cm from middle to middle, need 19 cm; circles around them 31 cm."""
+    box = standing(0.5, 0.0, 0.1, 0.3), np.array([0.12, 0.20, 0.02])
     placed, there = block(0.0, 0.0, size=(0.08, 0.03, 0.04)), []
     for _ in range(3):
         x, y, z, yaw = next(iter(free_places(box, placed, there)))
