@@ -577,7 +577,7 @@ class Arm(Protocol):
 
     def move_tool(
         self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
-        speed: float = 1.0,
+        width: float | None = None, speed: float = 1.0,
     ) -> Task:  # fmt: skip
         """Move the tool to a pose.
 
@@ -585,6 +585,7 @@ class Arm(Protocol):
             pose: of the tool.
             straight: along a line, with an even turn.
             touching: blocks, or names of boxes, that the fingers and what they hold may touch.
+            width: between the fingers, metres, for which the motion has room; None: as they are.
             speed: share of the top speed.
         """
 

@@ -42,9 +42,14 @@ class ArmBehaviour(SteppedBehaviour):
             return False
         return True
 
-    def line(self, pose: FloatArray, doing: str, touching: tuple[Block | str, ...] = ()) -> Steps:
-        """Move the tool slowly along a line to a pose (4, 4)."""
-        motion = self.robot.arm.move_tool(pose, straight=True, touching=touching, speed=SLOW)
+    def line(
+        self, pose: FloatArray, doing: str, touching: tuple[Block | str, ...] = (),
+        width: float | None = None,
+    ) -> Steps:  # fmt: skip
+        """Move the tool slowly along a line to a pose (4, 4), with room for fingers of a width."""
+        motion = self.robot.arm.move_tool(
+            pose, straight=True, touching=touching, width=width, speed=SLOW
+        )
         return self.done(motion, doing)
 
     @property

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import atan2, cos, sin
+from math import atan2, cos, pi, sin
 
 import numpy as np
 
@@ -17,11 +17,17 @@ ABOVE = 0.1
 DROP = 0.004
 """Metres that a block falls when the fingers open: errors of heights stay below."""
 
-GRID = 0.02
+GRID = 0.04
 """Metres between two places that are considered."""
 
-GAP = 0.01
-"""Metres between the circles around two blocks. The planner finds out whether a finger fits."""
+GAP = 0.025
+"""Metres between two blocks: cameras see them as two. The planner finds out whether fingers fit."""
+
+TURNS = (0.0, pi / 2.0, pi, -pi / 2.0)
+"""Radians about the vertical; a block looks the same."""
+
+ROUNDING = 1e-9
+"""Metres."""
 
 FOOT = 0.03
 """Metres between a block and the box under it at most: errors of their heights."""
@@ -81,29 +87,47 @@ def on_top(block: Block) -> tuple[float, float, float, float]:
 
 def free_places(
     box: tuple[FloatArray, FloatArray], placed: Block, others: Iterable[Block]
-) -> list[tuple[float, float, float, float]]:
-    """Return where a block can stand on a box, the places nearest to the middle first.
+) -> Iterator[tuple[float, float, float, float]]:
+    """Yield where a block can stand on a box, the places nearest to the middle first.
 
     Args:
         box: its pose (4, 4) and size (3,).
         placed: the block.
         others: that stand there.
 
-    Returns:
-        x, y and z of the underside, metres, and yaw, in the frame of the poses.
+    Yields:
+        x, y and z of the underside, metres, and yaw, in the frame of the poses; one for each turn.
     """
     pose, size = box
-    radius = float(np.hypot(*placed.size[:2])) / 2.0
-    half = np.maximum(size[:2] / 2.0 - radius, 0.0)
-    counts = np.floor(half / GRID).astype(int)
-    steps = [GRID * np.arange(-count, count + 1) for count in counts]
-    xs, ys = (axis.ravel() for axis in np.meshgrid(*steps))
-    order = np.argsort(np.hypot(xs, ys), kind="stable")
-    local = np.column_stack((xs, ys, np.full(len(xs), size[2] / 2.0)))[order]
-    places = local @ pose[:3, :3].T + pose[:3, 3]
-    free = np.ones(len(places), dtype=bool)
-    for other in others:
-        apart = np.hypot(*(places[:, :2] - other.pose[:2, 3]).T)
-        free &= apart > radius + float(np.hypot(*other.size[:2])) / 2.0 + GAP
-    yaw = yaw_of(pose)
-    return [(x, y, z, yaw) for x, y, z in places[free].tolist()]
+    there = [(other.pose, other.size) for other in others]
+    xs, ys = (GRID * np.arange(-count, count + 1) for count in np.floor(size[:2] / 2.0 / GRID))
+    columns, rows = (axis.ravel() for axis in np.meshgrid(xs, ys))
+    for index in np.argsort(np.hypot(columns, rows), kind="stable"):
+        for turn in TURNS:
+            local = standing(columns[index], rows[index], size[2] / 2.0, turn)
+            over = np.abs(_points(local, placed.size)) - size[:2] / 2.0
+            if over.max() > ROUNDING:
+                continue
+            at = pose @ local
+            if all(_gap((at, placed.size), other) > GAP for other in there):
+                yield *at[:3, 3].tolist(), yaw_of(at)
+
+
+def _points(pose: FloatArray, size: FloatArray) -> FloatArray:
+    """Return points (25, 2) of a block seen from above, its corners among them."""
+    steps = np.linspace(-0.5, 0.5, 5)
+    local = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * size[:2]
+    return np.asarray(local @ pose[:2, :2].T + pose[:2, 3])
+
+
+def _gap(one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> float:
+    """Return the distance of two blocks, as pose and size, seen from above; 0 if they overlap."""
+    return min(_distance(one, other), _distance(other, one))
+
+
+def _distance(one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> float:
+    """Return the distance of the points of a block from another one, metres."""
+    pose, size = other
+    local = (_points(*one) - pose[:2, 3]) @ pose[:2, :2]
+    outside = np.maximum(np.abs(local) - size[:2] / 2.0, 0.0)
+    return float(np.hypot(*outside.T).min())

@@ -13,9 +13,10 @@ class DetectBlocks(RobotBehaviour):
     """Find blocks by colour and depth, for `pick`, and so that motions of the arm avoid them.
 
     It uses the first pair of pictures after its start that shows one. A block that was known before
-    and is hidden, by the arm or another block, stays known; one whose place is seen empty does not.
-    Move the arm out of the view before. Fails with OBJECT_NOT_FOUND without a block as wanted,
-    and with NO_IMAGE if the cameras give no pictures.
+    and is not found again, as if the arm or another block hides it, stays known; one whose place is
+    seen empty does not. Only blocks that are seen count. Move the arm out of the view before. Fails
+    with OBJECT_NOT_FOUND without a block as wanted, and with NO_IMAGE if the cameras give no
+    pictures.
     """
 
     colour: str | None = port("wanted; default: any", default=None, one_of=OBJECT_COLOURS)
@@ -56,7 +57,7 @@ class DetectBlocks(RobotBehaviour):
             place = f" on {self.on}" if self.on else ""
             return self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {wanted}{place} is in sight")
         self.feedback_message = f"{self.count} found: {', '.join(self.colours)}"
-        self.feedback_message += f"; {hidden} more known, but hidden" if hidden else ""
+        self.feedback_message += f"; {hidden} more known, but not seen now" if hidden else ""
         return Status.SUCCESS
 
     def _is_wanted(self, block: Block) -> bool:

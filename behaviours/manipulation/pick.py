@@ -19,6 +19,9 @@ CANDIDATES = 3
 LOOK = 0.6
 """Seconds for a picture of the camera in the hand: it takes five or more per second."""
 
+NEIGHBOURS = 0.04
+"""Metres between the circles around two blocks: the look from near does not tell colours."""
+
 ELSEWHERE = 0.006
 """Metres: nearer to its place the fingers grasp a block without another plan."""
 
@@ -95,9 +98,12 @@ class Pick(ArmBehaviour):
         )
 
     def _look_closer(self, block: Block) -> Generator[None, None, Block | None]:
-        """Return the block if the camera in the hand sees it beside its place; else None."""
-        perception = self.robot.perception
-        if not perception.hand_camera:
+        """Return the block if the camera in the hand sees it beside its place; else None.
+
+        It does not look if another block is so near that it may be taken for this one.
+        """
+        perception, known = self.robot.perception, self.robot.arm.blocks.values()
+        if not perception.hand_camera or any(_are_near(block, other) for other in known):
             return None
         timer, began = self.start_timer(), self.robot.time
         while (seen := perception.look_closer(block, began)) is None:
@@ -145,3 +151,10 @@ class Pick(ArmBehaviour):
             for block in arm.blocks.values()
             if self.colour in (None, block.colour) and not any(is_on(block, it) for it in spared)
         )
+
+
+def _are_near(one: Block, other: Block) -> bool:
+    """Whether two blocks are near enough to be taken for each other from above."""
+    apart = float(np.hypot(*(one.pose - other.pose)[:2, 3]))
+    radii = float(np.hypot(*one.size[:2]) + np.hypot(*other.size[:2])) / 2.0
+    return one is not other and apart < radii + NEIGHBOURS

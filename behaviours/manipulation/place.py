@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import pi
+from collections.abc import Iterable, Iterator
+from itertools import islice
 
 import numpy as np
 from py_trees.common import Status
 
 from behaviours._arm.acting import MOTION_FAILURES, ArmBehaviour
-from behaviours._arm.blocks import ABOVE, DROP, free_places, on_top, standing
+from behaviours._arm.blocks import ABOVE, DROP, TURNS, free_places, on_top, standing
 from behaviours._arm.poses import ToolPose
 from behaviours._motion.driving import Steps
 from behaviours.base import port
 from stack.errors import ParameterError
 from stack.types import OBJECT_COLOURS, Block, FailureCode, FloatArray
 
-TURNS = (0.0, pi / 2.0, pi, -pi / 2.0)
-"""Radians about the vertical; a block looks the same."""
-
 OPENED = 0.016
 """Metres by which the fingers open: they leave what stands beside the block alone."""
 
-PLACES = 6
-"""Free places that are tried."""
+PLACES = 48
+"""Free places and turns that are tried."""
 
 
 class Place(ArmBehaviour):
     """Put the block in the hand down: on a box of the world, on another block, or at a pose.
 
-    On a box, it takes the free place nearest to the middle that the arm reaches. The arm moves
+    On a box, it takes the free place nearest to the middle that the arm reaches and where the
+    fingers can open. The arm moves
     above the place, lowers the block in a straight line, opens the fingers and moves up. Fails with
     MISSED if the hand holds no block, SLIPPED if the block was lost on the way, GOAL_OCCUPIED if no
     place is free, and UNREACHABLE or NO_MOTION_PLAN if the arm comes to none.
@@ -68,9 +66,12 @@ class Place(ArmBehaviour):
         else:
             self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self.block} block was detected")
         for tool in self._tools(held):
-            if (yield from self.done(self.robot.arm.move_tool(_above(tool)), "moving above")):
-                return (yield from self._put_down(held, tool))
-            if not self.is_unplanned:
+            above = self.robot.arm.move_tool(_above(tool))
+            if (yield from self.done(above, "moving above")) and (
+                yield from self._put_down(held, tool)
+            ):
+                return True
+            if not self.is_unplanned or self.robot.arm.held is None:
                 break
         return False
 
@@ -81,9 +82,9 @@ class Place(ArmBehaviour):
             arm.release(lost=True)
             self.fail(FailureCode.SLIPPED, f"the {held.colour} block was lost on the way")
             return False
-        if not (yield from self.line(tool, "lowering")):
-            return False
         width = min(state.width + OPENED, self.robot.gripper.width_max)
+        if not (yield from self.line(tool, "lowering", width=width)):
+            return False
         if not (yield from self.open(width)):
             return False
         arm.release()
@@ -100,15 +101,15 @@ class Place(ArmBehaviour):
         assert tool is not None, "the arm has just told where the block is"
         grip = np.linalg.inv(held.pose) @ tool
         for x, y, z, yaw in self._places(held):
-            for turn in TURNS:
-                yield standing(x, y, z + held.size[2] / 2.0 + DROP, yaw + turn) @ grip
+            yield standing(x, y, z + held.size[2] / 2.0 + DROP, yaw) @ grip
 
-    def _places(self, held: Block) -> list[tuple[float, float, float, float]]:
+    def _places(self, held: Block) -> Iterable[tuple[float, float, float, float]]:
         """Return places for the underside of the block: x, y, z and yaw in the base link."""
         arm = self.robot.arm
         if self.on is not None:
-            return free_places(arm.box(self.on), held, arm.blocks.values())[:PLACES]
-        return [on_top(block) for block in arm.blocks.values() if block.colour == self.block]
+            return islice(free_places(arm.box(self.on), held, arm.blocks.values()), PLACES)
+        below = (on_top(block) for block in arm.blocks.values() if block.colour == self.block)
+        return ((x, y, z, yaw + turn) for x, y, z, yaw in below for turn in TURNS)
 
 
 def _above(tool: FloatArray) -> FloatArray:

@@ -70,9 +70,13 @@ class ScriptedArm:
         return self.boxes[name]
 
     def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
-        """Add blocks and forget those that are gone."""
-        found, lost = tuple(blocks), list(gone)
-        kept = [it for it in self.blocks.values() if not any(it is block for block in lost)]
+        """Add blocks; forget those that are gone, and those at the places of new ones."""
+        found = tuple(blocks)
+        lost = [it.pose[:3, 3] for it in (*gone, *found)]
+        kept = [
+            it for it in self.blocks.values()
+            if all(np.linalg.norm(it.pose[:3, 3] - place) > 0.02 for place in lost)
+        ]  # fmt: skip
         self.blocks = {f"{it.colour} {number}": it for number, it in enumerate((*kept, *found))}
         return found
 
@@ -101,11 +105,13 @@ class ScriptedArm:
 
     def move_tool(
         self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
-        speed: float = 1.0,
+        width: float | None = None, speed: float = 1.0,
     ) -> ScriptedTask:  # fmt: skip
         """Record the call."""
-        given = {"pose": pose, "straight": straight, "touching": tuple(touching), "speed": speed}
-        return self._move("move_tool", **given)
+        return self._move(
+            "move_tool", pose=pose, straight=straight, touching=tuple(touching), width=width,
+            speed=speed,
+        )  # fmt: skip
 
     def plan_grasps(self, block: Block) -> ScriptedGrasps:
         """Record the call; the search has ended."""

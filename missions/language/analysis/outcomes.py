@@ -16,7 +16,6 @@ from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.step import Claims, Order, Outcomes, Step, Tree
 from missions.language.values import Constant, may_fail
 from stack.documents import Findings
-from stack.drivetrain.needs import noun_of
 
 
 class OutcomeCheck:
@@ -189,14 +188,17 @@ class OutcomeCheck:
         children = step.children()
         for first, second in combinations(children, 2):
             if shared := self.begins(first) & self.begins(second):
-                sentence = f"{second.title} uses the {_nouns(shared)} at the same time as "
+                sentence = (
+                    f"{second.title} uses the {' and '.join(sorted(shared))} at the same time as "
+                )
                 sentence += f"{first.title} (line {first.mark.line})"
                 self.findings.add("E162", second.mark, sentence, "use a sequence")
                 return
         for first, second in combinations(children, 2):
             shared = self.claims(first) & self.claims(second)
             if shared and _both(first, second):
-                sentence = f"{second.title} may use the {_nouns(shared)} at the same time as "
+                used = " and ".join(sorted(shared))
+                sentence = f"{second.title} may use the {used} at the same time as "
                 sentence += f"{first.title} (line {first.mark.line})"
                 hint = "use a sequence, or conditions that exclude each other"
                 self.findings.add("W105", second.mark, sentence, hint)
@@ -214,11 +216,6 @@ class OutcomeCheck:
         if step.modifiers.when is not None:
             return frozenset()
         return step.begins([self.begins(child) for child in self._run_by(step)])
-
-
-def _nouns(claims: Claims) -> str:
-    """Return resources in words: `arm and gripper`."""
-    return " and ".join(noun_of(name) for name in sorted(claims))
 
 
 def _both(first: Step, second: Step) -> bool:

@@ -203,12 +203,13 @@ class StackArm(Arm):
 
     def move_tool(
         self, pose: FloatArray, *, straight: bool = False, touching: Iterable[Block | str] = (),
-        speed: float = 1.0,
+        width: float | None = None, speed: float = 1.0,
     ) -> MotionTask:  # fmt: skip
         names = (it if isinstance(it, str) else self._name_of(it) for it in touching)
         job = partial(
-            to_pose, goal=pose.copy(), straight=straight, touching=tuple(names), speed=speed
-        )
+            to_pose, goal=pose.copy(), straight=straight, touching=tuple(names), width=width,
+            speed=speed,
+        )  # fmt: skip
         return self._plan(MotionTask("move the tool", self._ended), job)
 
     def plan_grasps(self, block: Block) -> PlannedGrasps:

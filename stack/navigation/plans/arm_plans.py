@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
@@ -95,7 +95,7 @@ def to_joints(
 
 def to_pose(  # noqa: PLR0913 - what a motion of the tool is
     planner: ArmPlanner, given: PlanInput, *, goal: FloatArray, straight: bool,
-    touching: tuple[str, ...], speed: float,
+    touching: tuple[str, ...], width: float | None, speed: float,
 ) -> JointTrajectory:  # fmt: skip
     """Plan to a pose (4, 4) of the tool in the base link.
 
@@ -105,9 +105,11 @@ def to_pose(  # noqa: PLR0913 - what a motion of the tool is
         goal: the pose.
         straight: along a line.
         touching: names of objects that the fingers and what they hold may touch.
+        width: between the fingers, metres, for which there is room; None: as they are.
         speed: share of the arm's top speed.
     """
     scene = _leaving(planner, given)
+    scene = scene if width is None else replace(scene, width=width)
     gripper = planner.model.description.gripper
     parts = () if gripper is None else gripper.finger_links
     held = () if scene.held is None else (scene.held.name,)
