@@ -34,6 +34,7 @@ from stack.mapping.slam.loops import LoopClosure
 from stack.mapping.slam.matching.alignment import (
     LEAST_OVERLAP,
     align_step,
+    is_jump,
     odometry_information,
     softened,
 )
@@ -51,13 +52,7 @@ from stack.mapping.slam.optimiser import GraphOptimiser, Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
 from stack.mapping.slam.upkeep import MapUpkeep
-from stack.types import (
-    FloatArray,
-    MarkerObservation,
-    OccupancyGrid,
-    Pose2D,
-    Scan,
-)
+from stack.types import FloatArray, MarkerObservation, OccupancyGrid, Pose2D, Scan
 
 KEYFRAME_DISTANCE, KEYFRAME_ANGLE = 0.25, 0.25
 """Metres driven or radians turned from keyframe to keyframe."""
@@ -115,7 +110,7 @@ class Mapper:
         # Stamps, keyframes and the poses relative to these: they follow the optimised graph.
         self._trajectory: list[tuple[float, int, Pose2D]] | None = [] if keep_trajectory else None
         self._pending, self._is_confirmed = 0, True
-        self._matched_at, self._is_unsure = self._pose, False
+        self._matched_at, self._is_unsure, self._has_jumped = self._pose, False, False
         self._check, self._chain = OdometryCheck(), OdometryChain()
         if self.graph.keyframes:
             self._renderer.moved(self.graph)
@@ -152,7 +147,7 @@ class Mapper:
             if not self.is_mapping:
                 if self._is_moved(self._matched_at):
                     self._follow()
-            elif self._is_unsure and self._upkeep.contradicts(self._near(), self._pose, scan):
+            elif self._is_lost(scan):
                 self._check.note_loss(stamp)
                 self._insert(stamp, odometry_pose, scan, prepared, is_lost=True)
             elif self._is_moved(self._matched_at) and self._may_insert():
@@ -299,7 +294,14 @@ class Mapper:
             doubt = self._check.compare(stamp, moved, matched, self.match)
             self._chain.doubt(doubt)
             self._is_unsure = self._is_unsure or bool(doubt.any())
+        self._has_jumped = is_jump(moved, elapsed) and not self.match.information.any()
         return pose
+
+    def _is_lost(self, scan: Scan) -> bool:
+        """Return whether neither odometry nor the scan tells the pose."""
+        contradicts = self._upkeep.contradicts
+        lost = self._is_unsure and contradicts(self._near(), self._pose, scan)
+        return lost or self._has_jumped
 
     def _near(self) -> list[int]:
         """Return the keyframes that scans are matched with."""

@@ -27,6 +27,12 @@ FASTEST = 2.5
 """Metres and radians per second. A slower motion over a gap in the scans is believed: in a corridor
 the last pose would fit as well."""
 
+MOST_WINDOW = (3.0, 1.5)
+"""Metres and radians: half width of a search around the pose that odometry predicts, at most."""
+
+JUMP = 5.0
+"""Metres in one step, faster than FASTEST, that no robot drives: without a match it stays."""
+
 LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.5, 0.12
 """Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
 door most of a scan is new, and what remains gives the heading better than odometry does."""
@@ -50,6 +56,8 @@ def align_step(
 ) -> tuple[Pose2D, ScanMatch]:
     """Return the pose of a scan and its match; the pose of odometry if it does not match.
 
+    After a jump of odometry without a match it is the pose before.
+
     A match that is not accepted has no information.
 
     Args:
@@ -60,12 +68,15 @@ def align_step(
         elapsed: seconds since then; 0 if unknown.
     """
     expected = pose.compose(moved)
+    far, turned = hypot(moved.x, moved.y), abs(moved.heading)
     position, heading = odometry_deviation(moved)
     prior = np.diag([position**-2, position**-2, WEAK_HEADING**-2])
     found = local.align(scan, expected, (expected, prior))
     likely = (position, heading)
-    searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
-    far, turned = hypot(moved.x, moved.y), abs(moved.heading)
+    window = (
+        min(2.5 * position + 0.05, MOST_WINDOW[0]), min(2.5 * heading + 0.02, MOST_WINDOW[1])
+    )  # fmt: skip
+    searches = [(expected, window, GOOD_OVERLAP)]
     if far > max(LARGE_STEP, FASTEST * elapsed) or turned > max(LARGE_TURN, FASTEST * elapsed):
         searches.append((pose, (LARGE_STEP, LARGE_TURN), 1.0))
     searches.append((expected, WIDE_WINDOW, POOR_OVERLAP))
@@ -81,7 +92,14 @@ def align_step(
     confirms = found.pose.distance_to(expected) <= 2.5 * position and turned <= 2.5 * heading
     if found.overlap > (CONFIRMED_OVERLAP if confirms else LEAST_OVERLAP):
         return found.pose, found
+    if is_jump(moved, elapsed):
+        expected = pose
     return expected, replace(found, information=np.zeros((3, 3)))
+
+
+def is_jump(moved: Pose2D, elapsed: float) -> bool:
+    """Return whether no robot drives a motion in so many seconds: odometry was reset."""
+    return hypot(moved.x, moved.y) > max(JUMP, FASTEST * elapsed)
 
 
 def odometry_deviation(moved: Pose2D) -> tuple[float, float]:

@@ -75,7 +75,8 @@ class OdometryCheck:
         position, heading = odometry_deviation(moved)
         covariance = np.diag(np.square([position, position, heading]))
         covariance += np.linalg.inv(match.information + np.eye(3) / UNKNOWN_VARIANCE)
-        self._compare_turns(moved.heading, matched.heading)
+        if hypot(off.x, off.y) <= JUMP:
+            self._compare_turns(moved.heading, matched.heading)
         if error @ np.linalg.solve(covariance, error) < CONTRADICTION:
             return np.zeros(3)
         if hypot(off.x, off.y) > JUMP or abs(error[2]) > TURN:

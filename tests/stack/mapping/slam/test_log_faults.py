@@ -113,6 +113,14 @@ def jump(lines):
     ]
 
 
+def far_jump(lines):
+    """A search as wide as the error of such a motion would take all memory."""
+    return [
+        one if k < 100 else replace(one, odometry=Pose2D(5e3, 0.0, 2.0).compose(one.odometry))
+        for k, one in enumerate(lines)
+    ]
+
+
 def code(lines):
     """The lidar reports 31.99 m for no return: for 2 % of the beams, at random."""
     rng = np.random.default_rng(2)
@@ -130,7 +138,8 @@ FAULTS = {
     lost_scans: "", gap: "no scan for 3.", repeated: "have the stamp of another one",
     backwards: "are older than the one before", late: "odometry is one scan late",
     reset: "odometry reports a motion of", jump: "odometry reports a motion of",
-    code: "taken for no return", mirrored: "run clockwise",
+    far_jump: "odometry reports a motion of", code: "taken for no return",
+    mirrored: "run clockwise",
 }  # fmt: skip
 
 
