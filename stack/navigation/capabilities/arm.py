@@ -20,6 +20,7 @@ from stack.frames.links import RobotLinks
 from stack.frames.tree import inverse
 from stack.geometry.rotations import from_angles
 from stack.lifecycle import Timers
+from stack.manipulation.scene import Scene
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
 from stack.navigation.plans.deferred import Deferred
@@ -37,6 +38,7 @@ from stack.types import (
     JointTrajectory,
     Perceived,
     Pose2D,
+    PoseEstimate,
 )
 
 JOINTS = "joints"
@@ -243,7 +245,7 @@ class StackArm(Arm):
         if planning.answer is None:
             stands = joints is not None and np.abs(joints.velocities).max() < AT_REST
             if joints is not None and stands and perceived.motion.twist.stands:
-                scene = self._around.scene(self._link_from_map, inverse(self._odom_from_link))
+                scene = self._scene(perceived.estimate)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)
@@ -252,6 +254,14 @@ class StackArm(Arm):
         elif answer is not None:
             self._planning = None
             planning.use(answer)
+
+    def _scene(self, estimate: PoseEstimate) -> Scene:
+        """Return what surrounds the arm, in the frame of its base link."""
+        spread = estimate.covariance
+        place = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
+        return self._around.scene(
+            self._link_from_map, inverse(self._odom_from_link), (place, float(spread[2, 2]) ** 0.5)
+        )
 
     def _begin_once_standing(self, perceived: Perceived) -> None:
         """Begin a motion that needs no plan if the base stands."""
