@@ -111,10 +111,12 @@ class RobotBehaviour(Behaviour):
 
     robot: Robot
     failure: Failure | None
-    uses_wheels: typing.ClassVar[bool] = False
-    """Whether it moves the robot. Two such behaviours cannot run at the same time."""
+    claims: typing.ClassVar[tuple[str, ...]] = ()
+    """Resources of the robot that it has for itself: names of `RESOURCES` in
+    stack.drivetrain.needs, such as `base`. Behaviours that claim the same one cannot run at the
+    same time. It needs what it claims."""
     takes_time: typing.ClassVar[bool] = False
-    """Whether it never succeeds in its first tick. Not needed when `uses_wheels` is set."""
+    """Whether it never succeeds in its first tick. Not needed with `claims`."""
     is_instant: typing.ClassVar[bool] = False
     """Whether it always ends in its first tick."""
     duration_port: typing.ClassVar[str] = ""

@@ -19,7 +19,7 @@ from py_trees.decorators import Decorator
 from behaviours._plugins import plain_leaf
 from behaviours._plugins.port_types import check_ports
 from behaviours.base import RobotBehaviour
-from stack.drivetrain.needs import needs_problem
+from stack.drivetrain.needs import claims_problem, needs_problem
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import Assignments, Expression
@@ -35,7 +35,7 @@ _PLAIN: dict[type, dict[str, bool]] = {
 class BehaviourTraits:
     """What a behaviour class declares of itself; RobotBehaviour says what each of them means."""
 
-    uses_wheels: bool
+    claims: tuple[str, ...]
     takes_time: bool
     is_instant: bool
     duration_port: str
@@ -92,10 +92,6 @@ class BehaviourKind(BehaviourTraits):
     def bindable(self) -> bool:
         """Whether ports can be bound to a `$key`; those of a plain py_trees leaf are constants."""
         return issubclass(self.cls, RobotBehaviour)
-
-
-BASE = "base"
-"""What behaviours with `uses_wheels` need."""
 
 
 class UnusableClass(Exception):
@@ -172,13 +168,12 @@ def kind_of(name: str, cls: type) -> BehaviourKind:
     except (ParameterError, TypeError, NameError) as error:
         raise UnusableClass(str(error)) from error
     declared = cls if issubclass(cls, RobotBehaviour) else RobotBehaviour
-    problem = needs_problem(declared.needs)
+    problem = needs_problem(declared.needs) or claims_problem(declared.claims)
     if problem:
         raise UnusableClass(problem)
     traits = {trait.name: getattr(declared, trait.name) for trait in fields(BehaviourTraits)}
-    traits["takes_time"] = declared.uses_wheels or declared.takes_time
-    if declared.uses_wheels and BASE not in declared.needs:
-        traits["needs"] = (BASE, *declared.needs)
+    traits["takes_time"] = bool(declared.claims) or declared.takes_time
+    traits["needs"] = tuple(dict.fromkeys((*declared.claims, *declared.needs)))
     traits.update(_PLAIN.get(cls, {}))
     return BehaviourKind(
         name=name, cls=cls, ports=ports, outputs=outputs, doc=inspect.cleandoc(cls.__doc__ or ""),

@@ -191,9 +191,15 @@ def _actual(
             sentence = f"actual: {name} has other driven wheels"
         elif set(actual.real_lidars) != set(robot.real_lidars):
             sentence = f"actual: {name} has other lidars"
+        elif _camera_names(actual) != _camera_names(robot):
+            sentence = f"actual: {name} has other cameras"
     if sentence:
         top.findings.add(SHAPE, top.mark_of(ACTUAL.name), sentence)
     return actual
+
+
+def _camera_names(robot: RobotDescription) -> set[str]:
+    return {*robot.depth_cameras, *(["camera"] if robot.camera else [])}
 
 
 def _footprint(top: Section, *, required: bool) -> Footprint | None:

@@ -89,8 +89,8 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
             wanted = command.capture if name == CAMERA else command.depth
             if wanted and camera.is_ready(self.time):
                 request = self._simulation.render_request(self._robot)
-                mounted = replace(request, camera=self._robot.camera_now(name))
-                camera.expose(self.time, mounted)
+                described, actual = self._robot.camera_now(name)
+                camera.expose(self.time, replace(request, camera=actual), described)
 
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.

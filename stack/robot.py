@@ -443,6 +443,37 @@ class Perception(Protocol):
             ParameterError: the robot has no such depth camera, or no colour camera.
         """
 
+    @property
+    def hand_camera(self) -> str:
+        """Name of the depth camera on a moving link; empty: the robot has none."""
+
+    def look_closer(self, block: Block, since: float) -> Block | None:
+        """A block where the depth camera in the hand shows it, which must be above it.
+
+        A camera that shows things always to the same side of where they are found from near is
+        reported, by an event `calibration` with the offset.
+
+        Args:
+            block: as `blocks` returned it.
+            since: time of the picture at least, seconds: nothing has moved since.
+
+        Returns:
+            None before such a picture, and if the block is not seen whole.
+        """
+
+    def is_gone(self, block: Block, camera: str = "") -> bool:
+        """Whether the newest depth picture shows that a block is not at its place.
+
+        What is hidden is not gone; nor is anything as long as there is no picture.
+
+        Args:
+            block: as `blocks` returns it.
+            camera: name of the depth camera; empty: the robot's first.
+
+        Raises:
+            ParameterError: the robot has no such depth camera.
+        """
+
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         """Objects in the newest picture that the object detector searched, the nearest first.
 
@@ -502,8 +533,18 @@ class Arm(Protocol):
             ParameterError: there is none.
         """
 
-    def see(self, blocks: Iterable[Block]) -> None:
-        """Replace the blocks around the arm; that in the hand is kept."""
+    def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
+        """Take what a look around has shown.
+
+        A known block stays known, unless it is gone or a new one is at its place: it may be hidden.
+
+        Args:
+            blocks: that were found.
+            gone: known ones that are not at their places any more.
+
+        Returns:
+            Those that were found, without the one in the hand and without parts of boxes.
+        """
 
     def hold(self, block: Block, width: float) -> None:
         """The hand has grasped a block; it moves with the tool.

@@ -99,7 +99,8 @@ MAY_IMPORT = {
     "missions.run_options": {"stack.telemetry"},
     "missions.map_picture": {"stack.errors", "stack.types"},
     "missions.language": {  # the file of a node kind holds its node of the tree
-        "missions.trees", "behaviours", "stack.documents", "stack.telemetry", *BEHAVIOUR_API,
+        "missions.trees", "behaviours", "stack.documents", "stack.drivetrain.needs",
+        "stack.telemetry", *BEHAVIOUR_API,
     },
     "missions.trees": {
         "missions.language", "behaviours", "stack.documents", "stack.telemetry", *BEHAVIOUR_API,

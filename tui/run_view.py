@@ -15,14 +15,13 @@ from textual.widgets import Footer
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import Ack, MissionState, Snapshot
-from tui.drawing import palette
 from tui.figures import Figures
 from tui.keys import VIEW_KEYS, Key
 from tui.link import STALE_AFTER, Link
 from tui.pacing import Pacing
 from tui.panes.banner import Banner, Notice
 from tui.panes.banner import notice as current_notice
-from tui.panes.chart import Chart
+from tui.panes.charts import RunCharts
 from tui.panes.events_pane import EventsPane
 from tui.panes.map_pane import MapPane
 from tui.panes.status_bar import StatusBar
@@ -44,10 +43,6 @@ PANES = ("tree", "map", "vitals", "events", "charts")
 WIDTHS = [(0, "-tiny"), (62, "-small"), (90, "-narrow"), (116, "-wide"), (160, "-huge")]
 HEIGHTS = [(0, "-short"), (32, "-tall"), (46, "-high")]
 """Smallest terminal width (columns) and height (lines) of each class of the style sheet."""
-
-
-class Charts(Vertical, can_focus=True):
-    """The column of charts."""
 
 
 class RunView(TerminalApp):
@@ -77,11 +72,7 @@ class RunView(TerminalApp):
         self._figures = Figures()
         self._plotted = ["speed set m/s", "speed m/s"]
         self.trouble = ""
-        self._charts = (
-            Chart("Speed", "m/s", {"set": palette.BUSY, "real": palette.PATH}, 0.0, 0.2),
-            Chart("Localisation", "", {"health": palette.PARTICLE}, 0.0, 1.0),
-            Chart("Pose error", "m", {"error": palette.PERSON}, 0.0, 0.05),
-        )
+        self._charts = RunCharts()
 
     def compose(self) -> ComposeResult:
         """Compose the panes from left to right, with the event log below."""
@@ -92,8 +83,7 @@ class RunView(TerminalApp):
                 yield TreePane(debugs=self.IS_COMMANDED)
                 yield VitalsPane()
             yield MapPane(commands=self.IS_COMMANDED)
-            with Charts(id="charts"):
-                yield from self._charts
+            yield self._charts
         yield EventsPane()
         yield from self.below_panes()
         yield Footer(compact=True, show_command_palette=False)
@@ -187,11 +177,10 @@ class RunView(TerminalApp):
         panes.query_one(EventsPane).restart()
         panes.query_one(MapPane).restart(past)
         self._figures.restart()
-        for chart in self._charts:
-            chart.restart()
+        self._charts.restart()
         for snapshot in past:
             self._figures.add(snapshot)
-            self._chart(snapshot, draw=False)
+            self._charts.add(snapshot, self.source.info, draw=False)
 
     def link(self) -> Link:
         """State of the connection."""
@@ -212,19 +201,10 @@ class RunView(TerminalApp):
             self.notify("the new tree starts from its root", title="reloaded", timeout=3.0)
         panes.query_one(MapPane).show(snapshot, self.source.info, draw=pacing.draws_map)
         if draw:
-            panes.query_one(VitalsPane).show(snapshot)
-        self._chart(snapshot, draw=draw)
+            panes.query_one(VitalsPane).show(snapshot, self.source.info)
+        self._charts.add(snapshot, self.source.info, draw=draw)
         panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
         panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
-
-    def _chart(self, snapshot: Snapshot, *, draw: bool) -> None:
-        speed, health, error = self._charts
-        now, set_, real = snapshot.time, snapshot.commanded.linear, snapshot.measured.linear
-        speed.add(now, draw=draw, set=set_, real=real)
-        health.add(now, draw=draw, health=snapshot.health)
-        error.display = snapshot.truth is not None
-        if snapshot.truth is not None:
-            error.add(now, draw=draw, error=snapshot.pose.distance_to(snapshot.truth))
 
     def action_leave(self) -> None:
         """Leave."""

@@ -89,7 +89,7 @@ class Dock(DrivingBehaviour):
     attempts: int = output("attempts made")
 
     needs = ("lidar",)
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.DOCK_NOT_FOUND, FailureCode.NOT_CHARGING)
     goal_ports = ("dock",)

@@ -22,7 +22,7 @@ class Undock(RobotBehaviour):
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
     turn: bool = port("turn round at the end, away from the dock", default=False)
 
-    uses_wheels = True
+    claims = ("base",)
     drives_backward = True
     takes_time = True
     fails_with = DRIVE_FAILURES

@@ -85,7 +85,7 @@ class FollowLine(FollowingBehaviour):
     error_rms: float = output("RMS distance from the seen line", unit="m")
 
     needs = ("camera",)
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_LINE, FailureCode.NO_IMAGE)
 

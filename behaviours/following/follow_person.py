@@ -108,7 +108,7 @@ class FollowPerson(FollowingBehaviour):
     times_lost: int = output("how often the person went out of sight")
 
     needs = ("lidar",)
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.PERSON_LOST)
     ends_by = ("until_stands", "until_travelled", "until_time", "until_place")

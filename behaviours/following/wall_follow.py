@@ -51,7 +51,7 @@ class WallFollow(FollowingBehaviour):
     distance_error_rms: float = output("RMS distance error on straight walls", unit="m")
 
     needs = ("lidar",)
-    uses_wheels = True
+    claims = ("base",)
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_WALL)
     ends_by = ("until_travelled", "until_time", "until_place", "until_loop")
 

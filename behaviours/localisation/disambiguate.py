@@ -18,7 +18,7 @@ class Disambiguate(RobotBehaviour):
     rivals: int = output("number of rivals that are left")
 
     needs = ("lidar",)
-    uses_wheels = True
+    claims = ("base",)
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:

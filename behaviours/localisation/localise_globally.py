@@ -22,7 +22,7 @@ class LocaliseGlobally(RobotBehaviour):
 
     needs = ("lidar",)
     takes_time = True
-    uses_wheels = True
+    claims = ("base",)
     fails_with = (FailureCode.LOST, FailureCode.AMBIGUOUS)
 
     def initialise(self) -> None:

@@ -61,7 +61,7 @@ class Relocalise(DrivingBehaviour):
     method: str = output("source of the pose: marker, appearance, lidar, or kept if it was good")
 
     needs = ("lidar",)
-    uses_wheels = True
+    claims = ("base",)
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:

@@ -17,8 +17,7 @@ class CloseGripper(ArmBehaviour):
     )
     width: float = output("of what it holds", unit="m")
 
-    needs = ("gripper",)
-    takes_time = True
+    claims = ("gripper",)
     fails_with = (FailureCode.MISSED, FailureCode.NO_PROGRESS)
 
     def initialise(self) -> None:

@@ -12,8 +12,9 @@ from stack.types import OBJECT_COLOURS, Block, FailureCode
 class DetectBlocks(RobotBehaviour):
     """Find blocks by colour and depth, for `pick`, and so that motions of the arm avoid them.
 
-    It uses the first pair of pictures after its start that shows one. The arm must not hide the
-    blocks: move it out of the view before. Fails with OBJECT_NOT_FOUND without a block as wanted,
+    It uses the first pair of pictures after its start that shows one. A block that was known before
+    and is hidden, by the arm or another block, stays known; one whose place is seen empty does not.
+    Move the arm out of the view before. Fails with OBJECT_NOT_FOUND without a block as wanted,
     and with NO_IMAGE if the cameras give no pictures.
     """
 
@@ -44,14 +45,18 @@ class DetectBlocks(RobotBehaviour):
         return self._report(new)
 
     def _report(self, blocks: list[Block]) -> Status:
-        self.robot.arm.see(blocks)
-        found = nearest_first(filter(self._is_wanted, blocks))
+        arm = self.robot.arm
+        gone = [it for it in arm.blocks.values() if self.robot.perception.is_gone(it)]
+        seen = arm.see(blocks, gone)
+        hidden = len(arm.blocks) - len(seen)
+        found = nearest_first(filter(self._is_wanted, seen))
         self.count, self.colours = len(found), [block.colour for block in found]
         if not found:
             wanted = f"{self.colour} block" if self.colour else "block"
             place = f" on {self.on}" if self.on else ""
             return self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {wanted}{place} is in sight")
         self.feedback_message = f"{self.count} found: {', '.join(self.colours)}"
+        self.feedback_message += f"; {hidden} more known, but hidden" if hidden else ""
         return Status.SUCCESS
 
     def _is_wanted(self, block: Block) -> bool:

@@ -16,8 +16,7 @@ class HomeArm(RobotBehaviour):
 
     speed: float = port("share of the top speed", default=1.0, above=0.0, at_most=1.0)
 
-    needs = ("arm",)
-    takes_time = True
+    claims = ("arm",)
     fails_with = MOTION_FAILURES
 
     def initialise(self) -> None:

@@ -28,8 +28,7 @@ class MoveArm(RobotBehaviour):
     straight: bool = port("move the tool to the pose along a straight line", default=False)
     speed: float = port("share of the top speed", default=1.0, above=0.0, at_most=1.0)
 
-    needs = ("arm",)
-    takes_time = True
+    claims = ("arm",)
     fails_with = MOTION_FAILURES
     one_port_of = ("posture", "joints", "pose")
     posture_port = "posture"

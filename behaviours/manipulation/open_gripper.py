@@ -16,8 +16,7 @@ class OpenGripper(RobotBehaviour):
         at_least=0.0,
     )  # fmt: skip
 
-    needs = ("gripper",)
-    takes_time = True
+    claims = ("gripper",)
     fails_with = (FailureCode.NO_PROGRESS,)
 
     def initialise(self) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+
+import numpy as np
 from py_trees.common import Status
 
 from behaviours._arm.acting import MOTION_FAILURES, ArmBehaviour
@@ -13,16 +16,23 @@ from stack.types import OBJECT_COLOURS, Block, FailureCode, GraspPlan
 CANDIDATES = 3
 """Grasps that are tried."""
 
+LOOK = 0.6
+"""Seconds for a picture of the camera in the hand: it takes five or more per second."""
+
+ELSEWHERE = 0.006
+"""Metres: nearer to its place the fingers grasp a block without another plan."""
+
 
 class Pick(ArmBehaviour):
     """Grasp a block and lift it.
 
     It takes the nearest block of the colour that `detect_blocks` has found, or one at a known
     place. The fingers open, the arm moves in front of the block, approaches in a straight line,
-    grasps and lifts it. A grasp without a free way is replaced by the next one, and a block without
-    a grasp by the next block. Fails with OBJECT_NOT_FOUND if no such block was detected,
-    NO_MOTION_PLAN if no block can be grasped, MISSED if the fingers close on nothing, and SLIPPED
-    if the block is lost in the lift: detect the blocks again.
+    grasps and lifts it. Before the approach a depth camera in the hand looks closer, and the grasp
+    is planned again if the block is elsewhere. A grasp without a free way is replaced by the next
+    one, and a block without a grasp by the next block. Fails with OBJECT_NOT_FOUND if no such block
+    was detected, NO_MOTION_PLAN if no block can be grasped, MISSED if the fingers close on nothing,
+    and SLIPPED if the block is lost in the lift: detect the blocks again.
     """
 
     colour: str | None = port("of the block; default: any", default=None, one_of=OBJECT_COLOURS)
@@ -34,8 +44,7 @@ class Pick(ArmBehaviour):
     picked: str = output("colour of the block")
     width: float = output("of the block between the fingers", unit="m")
 
-    needs = ("arm", "gripper")
-    takes_time = True
+    claims = ("arm", "gripper")
     box_ports = ("spare",)
     fails_with = (
         *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
@@ -61,25 +70,56 @@ class Pick(ArmBehaviour):
                 return False
         return False
 
-    def _pick_block(self, block: Block) -> Steps:
+    def _pick_block(self, block: Block, *, is_near: bool = False) -> Steps:
+        """Pick a block; `is_near`: its place is from a closer look."""
         search = self.robot.arm.plan_grasps(block)
         if not (yield from self.done(search, f"looking for a grasp of the {block.colour} block")):
             return False
         for grasp in search.grasps[:CANDIDATES]:
-            if (yield from self._grasp(block, grasp)):
-                return (yield from self._lift(block, grasp))
+            if (yield from self._go_before(grasp)):
+                looks = not is_near and self.at is None
+                elsewhere = (yield from self._look_closer(block)) if looks else None
+                if elsewhere is not None:
+                    self.robot.arm.see((elsewhere,), gone=(block,))
+                    return (yield from self._pick_block(elsewhere, is_near=True))
+                if (yield from self._grasp(block, grasp)):
+                    return (yield from self._lift(block, grasp))
             if not self.is_unplanned:
                 return False
         return False
 
-    def _grasp(self, block: Block, grasp: GraspPlan) -> Steps:
+    def _go_before(self, grasp: GraspPlan) -> Steps:
         arm = self.robot.arm
-        return (
-            (yield from self.open())
-            and (yield from self.done(arm.move_joints(grasp.pre_grasp), grasp.name))
-            and (yield from self.line(grasp.tool, "approaching", (block,)))
-            and (yield from self.close(self.force))
+        return (yield from self.open(grasp.opening)) and (
+            yield from self.done(arm.move_joints(grasp.pre_grasp), grasp.name)
         )
+
+    def _look_closer(self, block: Block) -> Generator[None, None, Block | None]:
+        """Return the block if the camera in the hand sees it beside its place; else None."""
+        perception = self.robot.perception
+        if not perception.hand_camera:
+            return None
+        timer, began = self.start_timer(), self.robot.time
+        while (seen := perception.look_closer(block, began)) is None:
+            if timer.is_over(LOOK):
+                return None
+            self.feedback_message = "looking closer"
+            yield
+        off = float(np.linalg.norm(seen.pose[:3, 3] - block.pose[:3, 3]))
+        return seen if off > ELSEWHERE else None
+
+    def _grasp(self, block: Block, grasp: GraspPlan) -> Steps:
+        return (yield from self.line(grasp.tool, "approaching", (block,))) and (
+            yield from self._close(block)
+        )
+
+    def _close(self, block: Block) -> Steps:
+        """Close the fingers on a block; one that they miss is not known any more."""
+        if (yield from self.close(self.force)):
+            return True
+        if self.failure is not None and self.failure.code == FailureCode.MISSED:
+            self.robot.arm.see((), gone=(block,))
+        return False
 
     def _lift(self, block: Block, grasp: GraspPlan) -> Steps:
         state = self.robot.gripper.state

@@ -43,8 +43,7 @@ class Place(ArmBehaviour):
         "instead: where the tool opens, in the arm's base link", default=None
     )
 
-    needs = ("arm", "gripper")
-    takes_time = True
+    claims = ("arm", "gripper")
     one_port_of = ("on", "block", "pose")
     box_ports = ("on",)
     fails_with = (

@@ -72,7 +72,7 @@ class Explore(SteppedBehaviour):
     unreachable: int = output("number of places that could not be reached or seen")
 
     needs = ("lidar",)
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = DRIVE_FAILURES
 

@@ -26,7 +26,7 @@ class AssistedTeleop(RobotBehaviour):
         "outcome when the time limit is reached", default="failure", one_of=("failure", "success")
     )
 
-    uses_wheels = True
+    claims = ("base",)
 
     def initialise(self) -> None:
         self.robot.say("the operator may drive: arrow keys, enter when done")

@@ -15,7 +15,7 @@ class BackUp(RobotBehaviour):
     distance: float = port("distance to drive", unit="m", default=0.3, above=0.0)
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
 
-    uses_wheels = True
+    claims = ("base",)
     drives_backward = True
     fails_with = DRIVE_FAILURES
 

@@ -16,7 +16,7 @@ class DriveFor(DrivingBehaviour):
     linear: float = port("forward speed; negative: backward", unit="m/s", default=0.0)
     angular: float = port("angular speed, positive to the left", unit="rad/s", default=0.0)
 
-    uses_wheels = True
+    claims = ("base",)
 
     def initialise(self) -> None:
         self._timer = self.start_timer()

@@ -25,7 +25,7 @@ class DriveOnHeading(RobotBehaviour):
         at_most=3.15,
     )
 
-    uses_wheels = True
+    claims = ("base",)
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:

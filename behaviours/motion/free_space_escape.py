@@ -28,7 +28,7 @@ class FreeSpaceEscape(RobotBehaviour):
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
 
     needs = ("lidar or sonar or depth_camera",)
-    uses_wheels = True
+    claims = ("base",)
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:

@@ -17,7 +17,7 @@ class Spin(RobotBehaviour):
         "angular speed; default: the robot's", unit="rad/s", default=None, above=0.0
     )
 
-    uses_wheels = True
+    claims = ("base",)
     fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:

@@ -39,7 +39,7 @@ class Coverage(SteppedBehaviour):
     path_length: float = output("distance driven", unit="m")
     time_taken: float = output("duration", unit="s")
 
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.CHECK_FAILED)
     area_ports = ("area",)

@@ -18,7 +18,7 @@ class FollowPath(RobotBehaviour):
     code of the drive: NO_PROGRESS, COLLISION_AHEAD and others.
     """
 
-    uses_wheels = True
+    claims = ("base",)
 
     path: Path = port("path to follow, from `compute_path`")
     path_length: float = output("distance driven", unit="m")

@@ -28,7 +28,7 @@ class NavigateThrough(RobotBehaviour):
     path_length: float = output("distance driven", unit="m")
     time_taken: float = output("duration of the drive", unit="s")
 
-    uses_wheels = True
+    claims = ("base",)
     fails_with = DRIVE_FAILURES
     goal_ports = ("goals",)
 

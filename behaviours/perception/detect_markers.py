@@ -34,7 +34,7 @@ class DetectMarkers(RobotBehaviour):
     largest_offset: float = output("of a measured position from that on the map", unit="m")
 
     needs = ("camera",)
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.MARKER_NOT_FOUND, FailureCode.NO_IMAGE)
 

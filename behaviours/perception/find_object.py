@@ -57,7 +57,7 @@ class FindObject(DrivingBehaviour):
 
     needs = ("camera",)
     label_port = "label"
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)
 

@@ -47,7 +47,7 @@ class Inspect(DrivingBehaviour):
     taken: int = output("number of pictures taken")
 
     needs = ("camera",)
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.NO_IMAGE, FailureCode.BAD_IMAGE)
     goal_ports = ("at",)

@@ -42,7 +42,7 @@ class WaitForDoor(DrivingBehaviour):
     free_width: float = output("width of the free part of the doorway", unit="m")
 
     needs = ("lidar",)
-    uses_wheels = True
+    claims = ("base",)
     takes_time = True
     fails_with = (*DRIVE_FAILURES, FailureCode.DOOR_CLOSED)
 

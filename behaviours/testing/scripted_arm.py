@@ -69,9 +69,12 @@ class ScriptedArm:
             raise ParameterError("", f"no box of the world is called {name!r}")
         return self.boxes[name]
 
-    def see(self, blocks: Iterable[Block]) -> None:
-        """Replace the blocks."""
-        self.blocks = {f"{block.colour} {number}": block for number, block in enumerate(blocks)}
+    def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
+        """Add blocks and forget those that are gone."""
+        found, lost = tuple(blocks), list(gone)
+        kept = [it for it in self.blocks.values() if not any(it is block for block in lost)]
+        self.blocks = {f"{it.colour} {number}": it for number, it in enumerate((*kept, *found))}
+        return found
 
     def hold(self, block: Block, width: float) -> None:
         """Hold a block."""

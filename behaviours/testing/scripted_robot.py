@@ -108,6 +108,9 @@ class ScriptedRobot:
         lines: returned by `floor_lines()`.
         objects: returned by `coloured_objects()`, those of the colour, and by `detections()`.
         seen_blocks: returned by `blocks()`.
+        hand_camera: name of a depth camera in the hand.
+        closer: returned by `look_closer()`.
+        gone_blocks: those for which `is_gone` answers yes.
         tracks: moving objects.
         standing_objects: not on the map, and have not moved.
         fit: called by `fit_at()`.
@@ -151,6 +154,9 @@ class ScriptedRobot:
     lines: FloorLines | None = None
     objects: tuple[Detection, ...] | None = None
     seen_blocks: tuple[Block, ...] | None = None
+    gone_blocks: tuple[Block, ...] = ()
+    hand_camera: str = ""
+    closer: Block | None = None
     fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
@@ -271,6 +277,12 @@ class ScriptedRobot:
 
     def blocks(self, camera: str = "") -> tuple[Block, ...] | None:
         return self.seen_blocks
+
+    def look_closer(self, block: Block, since: float) -> Block | None:
+        return self.closer
+
+    def is_gone(self, block: Block, camera: str = "") -> bool:
+        return any(block is lost for lost in self.gone_blocks)
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         if self.objects is None:

@@ -167,7 +167,7 @@ def run_entry(entry: MissionEntry, picture: Path) -> MissionRun:
         status=TIMEOUT if late else report.status,
         cause=f"not finished after {entry.time_limit:g} s" if late else report.reason,
         time=round(report.simulated_seconds, 3),
-        driven=round(report.distance_m, 3),
+        driven=round(report.distance_m or 0.0, 3),
         shortest=None if shortest is None else round(shortest, 3),
         clearance=round(1.0 if report.min_clearance_m is None else report.min_clearance_m, 4),
         turning=round(recorder.turning, 4),

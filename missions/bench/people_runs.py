@@ -233,7 +233,7 @@ def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
         *entry.key, status=PASSED if whole else FAILED,
         cause="" if whole else _cause(report, recorder.time, false, codes.last),
         goals=len(case.goals), visited=visited, false_goals=false, persons=case.people,
-        time=round(report.simulated_seconds, 2), driven=round(report.distance_m, 2),
+        time=round(report.simulated_seconds, 2), driven=round(report.distance_m or 0.0, 2),
         failures=dict(codes.codes), drove_into=by["robot"],
         struck_moving=by["person, robot moving"], struck_standing=by["person, robot standing"],
         things=codes.things, least_distance=people["least_distance"],

@@ -35,6 +35,8 @@ class Report:
         reason: path of nodes from the root to the cause of the failure; empty after a success.
         simulated_seconds: on the robot's clock. wall_seconds: first to last step.
         time_to_first_tick: wall seconds from building the run to its first tick.
+        distance_m: driven. This, clearance and localisation error are None for a robot that has no
+            wheels.
         min_clearance_m: smallest true distance to any obstacle; measured up to 1.0 m. This and the
             next two are None for a body that is not simulated.
         collisions: contacts while the robot moved; pushed_into: contacts while it stood still.
@@ -77,7 +79,7 @@ class Report:
     real_time_factor: float
     time_to_first_tick: float
     ticks: int
-    distance_m: float
+    distance_m: float | None
     recoveries: int
     replans: int
     collisions: int | None
@@ -125,8 +127,9 @@ class Report:
         lines = [
             f"{self.mission}: {self.status}" + (f"; {self.reason}" if self.reason else ""),
             f"  {self.simulated_seconds:.1f} s simulated in {self.wall_seconds:.1f} s"
-            f" ({self.real_time_factor:.1f} x real time), {self.distance_m:.1f} m driven,"
-            f" seed {self.seed}",
+            f" ({self.real_time_factor:.1f} x real time),"
+            + ("" if self.distance_m is None else f" {self.distance_m:.1f} m driven,")
+            + f" seed {self.seed}",
             f"  recoveries {self.recoveries}, replans {self.replans}"
             + ("" if self.collisions is None else f", collisions {self.collisions}")
             + ("" if clearance is None else f", clearance {clearance:.2f} m")

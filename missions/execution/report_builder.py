@@ -76,7 +76,7 @@ def compose_report(
     relocalisations = milestones.relocalisations
     runtime, scorer, simulation = engine.runtime, engine.scorer, engine.simulation
     counters, navigator = runtime.counters(), runtime.parts.navigator
-    simulated = engine.body.time
+    simulated, moves = engine.body.time, engine.body.description.drivetrain.moves
     return replace(
         unstarted,
         status=str(runtime.state),
@@ -86,14 +86,14 @@ def compose_report(
         real_time_factor=simulated / max(wall_seconds, 1e-9),
         time_to_first_tick=first_tick,
         ticks=engine.tree.ticks,
-        distance_m=runtime.distance,
+        distance_m=runtime.distance if moves else None,
         recoveries=engine.tree.recoveries,
         replans=int(counters.get("replans", 0)),
         collisions=None if simulation is None else simulation.tally.by_robot,
         pushed_into=None if simulation is None else simulation.tally.against_standing,
-        min_clearance_m=None if simulation is None else simulation.clearance,
+        min_clearance_m=None if simulation is None or not moves else simulation.clearance,
         localisation_error=None
-        if scorer is None
+        if scorer is None or not moves
         else {"mean": scorer.mean_error, "max": counters["localisation_error_max"]},
         relocalised_by=_confirmed(relocalisations, runtime),
         relocalisations=relocalisations,

@@ -122,10 +122,11 @@ def robot_description(robot: RobotDescription) -> str:
     length, width = robot.footprint.points.max(axis=0) - robot.footprint.points.min(axis=0)
     lines = [f"{robot.name}: {_summary(robot)}"]
     lines.append(f"size: {length:.2f} m long, {width:.2f} m wide, {robot.height:.2f} m high")
+    moves = robot.drivetrain.moves
     parts: dict[str, object] = {
-        "limits": robot.limits, "lidar": robot.lidar, **robot.lidars, **robot.sonars,
-        "camera": robot.camera, **robot.depth_cameras, "imu": robot.imu,
-        "odometry": robot.odometry, "battery": robot.battery,
+        **({"limits": robot.limits, "lidar": robot.lidar} if moves else {}), **robot.lidars,
+        **robot.sonars, "camera": robot.camera, **robot.depth_cameras, "imu": robot.imu,
+        **({"odometry": robot.odometry} if moves else {}), "battery": robot.battery,
     }  # fmt: skip
     if robot.drivetrain.skids:
         parts["skid"] = robot.skid
@@ -180,7 +181,7 @@ def world_description(world: World, doc: str = "") -> str:
         counted(len(world.cylinders), "cylinder"), counted(len(world.docks), "dock"),
         counted(len(world.drops), "drop"), counted(len(world.lines), "line"),
         counted(len(world.friction_zones), "friction zone"),
-        counted(len(world.posters), "poster"),
+        counted(len(world.posters), "poster"), counted(len(world.shadows), "shadow"),
     ]  # fmt: skip
     ignored = counted(len(world.warnings), "kind")
     rows = [

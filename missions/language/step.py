@@ -18,6 +18,9 @@ from missions.trees.slots import Frame
 from stack.documents import Finding, Mark
 from stack.parameters import Declaration
 
+Claims = frozenset[str]
+"""Resources of the robot (stack.drivetrain.needs.RESOURCES)."""
+
 Codes = frozenset[str] | None
 """Failure codes of a node; None if they are not known."""
 
@@ -181,9 +184,9 @@ class Step(ABC):
         """Return whether it surely needs more than one tick to succeed."""
         return self.least_time([float(child) for child in children]) > 0.0
 
-    def begins(self, children: Sequence[bool]) -> bool:
-        """Return whether its first tick is surely the first tick of such a child."""
-        return any(children[:1])
+    def begins(self, children: Sequence[Claims]) -> Claims:
+        """Return what it surely claims from its first tick on, of what its children then claim."""
+        return children[0] if children else frozenset()
 
     @property
     def uses(self) -> str:
@@ -231,9 +234,9 @@ class Step(ABC):
         return False
 
     @property
-    def moves_robot(self) -> bool:
-        """Whether it moves the robot itself."""
-        return False
+    def claims(self) -> Claims:
+        """What it claims of the robot itself."""
+        return frozenset()
 
     @property
     def goal(self) -> object:

@@ -55,7 +55,7 @@ class StandIn(RobotBehaviour):
 class MovingStandIn(StandIn):
     """A mock of a behaviour that moves the robot: pre-empted nodes are halted before it starts."""
 
-    uses_wheels = True
+    claims = ("base",)
 
 
 class StandIns:
@@ -74,7 +74,7 @@ class StandIns:
             runs = self.default
         if runs.mock.is_real:
             return None
-        cls = MovingStandIn if step.moves_robot else StandIn
+        cls = MovingStandIn if step.claims else StandIn
         return cls(step.name or step.own_name.rpartition(".")[2], runs)
 
 

@@ -3,8 +3,8 @@
 `sequence` and `fallback` resume at the running child; the reactive ones tick their children from
 the first one on every tick. A reactive composite only knows that an earlier child pre-empts the
 running child after it has ticked the earlier one. Therefore the running child is kept as
-pre-emptible meanwhile: it is halted before a behaviour that moves the robot (`uses_wheels`) starts
-in the earlier child, and otherwise as soon as the earlier child ends the tick.
+pre-emptible meanwhile: it is halted before a behaviour that claims a part of the robot starts in
+the earlier child, and otherwise as soon as the earlier child ends the tick.
 
 A skipped child (`when`) has no outcome: every composite continues with the next child. A composite
 whose children were all skipped is skipped itself.

@@ -106,9 +106,9 @@ class LeafNode(Node):
         return status
 
     def initialise(self) -> None:
-        """Start the leaf; before a leaf that moves the robot, halt pre-emptible nodes."""
+        """Start the leaf; before a leaf that claims something, halt pre-emptible nodes."""
         execution, robot_leaf = self.execution, self.robot_leaf
-        if robot_leaf is not None and robot_leaf.uses_wheels:
+        if robot_leaf is not None and robot_leaf.claims:
             execution.halt_preemptible()
         self.active, self.broken, self._paused = True, False, False
         if execution.starts is not None:
@@ -193,7 +193,7 @@ class LeafNode(Node):
         if self.robot_leaf is None:
             return
         RobotBehaviour.terminate(self.robot_leaf, _INVALID)
-        if self.robot_leaf.uses_wheels:
+        if "base" in self.robot_leaf.claims:
             self.execution.robot.base.drive_for(STANDSTILL, STOP_TIME)
 
     def _safely(self, call: Callable[..., Any], *arguments: Any) -> bool:

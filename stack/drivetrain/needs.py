@@ -1,6 +1,6 @@
 """What behaviours and components need of a robot: the table of names, and who has it.
 
-Behaviours that move the base need it without saying so (`uses_wheels`).
+A behaviour needs what it claims without saying so.
 """
 
 from __future__ import annotations
@@ -47,6 +47,10 @@ NEEDS: Mapping[str, Need] = {**SENSORS, **LIMBS}
 """Names in `needs`."""
 
 
+RESOURCES = (*LIMBS, "camera")
+"""Names in `claims`: what one behaviour at a time can use."""
+
+
 def alternatives(need: str) -> list[str]:
     """Return the names in one entry of `needs`, of which one is enough: `lidar or sonar`."""
     return need.split(_OR)
@@ -71,6 +75,16 @@ def needs_problem(needs: object) -> str:
         for name in alternatives(str(need)):
             if name not in NEEDS:
                 return f"needs: {name!r} is not one of {', '.join(NEEDS)}"
+    return ""
+
+
+def claims_problem(claims: object) -> str:
+    """Return what is wrong with `claims` of a class; "" if nothing is."""
+    if not isinstance(claims, tuple):
+        return f'claims: expected a tuple of names, got {claims!r}; write claims = ("base",)'
+    for name in claims:
+        if name not in RESOURCES:
+            return f"claims: {name!r} is not one of {', '.join(RESOURCES)}"
     return ""
 
 

@@ -79,7 +79,7 @@ class RobotLinks:
             FrameError: there is no such link.
         """
         if link not in self._chains:
-            self._chains[link] = LinkChain(self._joints_to(link))
+            self._chains[link] = LinkChain(self.joints_to(link))
         return self._chains[link]
 
     def pose(self, link: str, positions: Mapping[str, float]) -> FloatArray:
@@ -95,7 +95,12 @@ class RobotLinks:
         chain = self.chain(link)
         return chain.pose([positions.get(name, 0.0) for name in chain.names])
 
-    def _joints_to(self, link: str) -> list[LinkJoint]:
+    def joints_to(self, link: str) -> list[LinkJoint]:
+        """Return all joints from the base frame to a link.
+
+        Raises:
+            FrameError: there is no such link.
+        """
         if link != self._base and link not in self._above:
             known = ", ".join((self._base, *self._above))
             raise FrameError(f"the robot has no link {link!r}; known: {known}")

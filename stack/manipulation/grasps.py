@@ -1,7 +1,9 @@
 """Grasps of box-shaped blocks by a parallel gripper.
 
 A grasp approaches one of five faces of the block (not that below) along its normal, with the
-fingers along either of the two other axes, in either direction. Candidates remain whose gripper
+fingers along either of the two other axes, in either direction. If no grasp with open fingers has
+room, the fingers open no wider than they need, reach less deep, and may grasp the ends of a long
+block. Candidates remain whose gripper
 opens wide enough, whose poses the arm reaches, and whose motions are free: a pre-grasp in front of
 the face, a straight approach, and a straight lift with the block in the hand. Their order is by
 
@@ -12,8 +14,9 @@ the face, a straight approach, and a straight lift with the block in the hand. T
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -29,8 +32,12 @@ APPROACH = 0.09
 LIFT = 0.09
 """Metres of the straight lift."""
 
-DEPTH = 0.03
-"""Metres: how deep the finger tips reach over the face at most."""
+DEPTH, SHALLOW = 0.03, 0.005
+"""Metres: how deep the tool reaches over the face at most. A shallow grasp keeps the hand off the
+neighbours of the block; the finger tips reach some millimetres deeper than the tool."""
+
+PAD = 0.012
+"""Metres from the middle of the fingers to the end of a long block that is grasped there."""
 
 SPARE = 0.005
 """Metres that the open fingers are wider than the block, on each side."""
@@ -59,6 +66,7 @@ class Grasp:
         lift: (k, n) waypoints from the grasp upwards, with the block.
         tool: (4, 4) of the tool at the grasp, in `base_link`.
         width: of the block between the fingers, metres.
+        opening: distance between the fingers before they close, metres.
         approaching: scene of the approach, in which the fingers may touch the block.
         lifting: scene of the lift, in which the block may touch what it stands on or beside.
         holding: scene after the lift.
@@ -71,6 +79,7 @@ class Grasp:
     lift: FloatArray
     tool: FloatArray
     width: float
+    opening: float
     approaching: Scene
     lifting: Scene
     holding: Scene
@@ -82,6 +91,7 @@ class _Candidate:
     name: str
     tool: FloatArray
     width: float
+    tight: bool
 
 
 def grasps(
@@ -108,28 +118,52 @@ def grasps(
     gripper = planner.model.description.gripper
     if gripper is None:
         raise NavigationError(FailureCode.UNSUPPORTED, "the arm has no gripper")
-    open_scene = scene.touching(*((finger, block) for finger in gripper.finger_links))
-    checks = Collisions(planner.model, open_scene)
+    scene = scene.touching(*((finger, block) for finger in gripper.finger_links))
+    plain, reasons = _free(planner, candidates(item), (block, scene), positions, generator)
+    if plain:
+        return plain
+    tight = candidates(item, tight=True)
+    found, _ = _free(planner, tight, (block, scene), positions, generator)
+    if found:
+        return found
+    words = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common(4))
+    raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {words}")
+
+
+def _free(
+    planner: ArmPlanner, tried: Iterable[_Candidate], target: tuple[str, Scene],
+    positions: FloatArray, generator: np.random.Generator,
+) -> tuple[list[Grasp], Counter[str]]:  # fmt: skip
+    """Return the grasps with free motions, the cheapest first, and why the others have none."""
     found: list[Grasp] = []
     refused: Counter[str] = Counter()
-    for candidate in candidates(item):
-        if candidate.width + 2.0 * SPARE > gripper.width_max:
-            refused[f"wider than the gripper opens ({gripper.width_max * 1000:.0f} mm)"] += 1
+    block, scene = target
+    assert planner.model.description.gripper is not None
+    widest = planner.model.description.gripper.width_max
+    for candidate in tried:
+        needed = candidate.width + 2.0 * SPARE
+        if needed > widest:
+            refused[f"wider than the gripper opens ({widest * 1000:.0f} mm)"] += 1
             continue
+        open_scene = replace(scene, width=needed if candidate.tight else widest)
         try:
             grasp = _with_motions(planner, candidate, (block, open_scene), positions, generator)
-            room = min(checks.distance(grasp.approach[-1]), ROOM)
-            found.append(replace(grasp, cost=grasp.cost + PER_METRE * (ROOM - room)))
         except NavigationError as error:
             refused[_reason(error)] += 1
-    if not found:
-        reasons = "; ".join(f"{count} {reason}" for reason, count in refused.most_common(4))
-        raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {reasons}")
-    return sorted(found, key=lambda grasp: grasp.cost)
+            continue
+        checks = Collisions(planner.model, open_scene)
+        room = min(checks.distance(grasp.approach[-1]), ROOM)
+        found.append(replace(grasp, cost=grasp.cost + PER_METRE * (ROOM - room)))
+    return sorted(found, key=lambda grasp: grasp.cost), refused
 
 
-def candidates(item: SceneObject) -> Iterator[_Candidate]:
-    """Yield the poses of the tool at the grasps of a block, and the widths between the fingers."""
+def candidates(item: SceneObject, *, tight: bool = False) -> Iterator[_Candidate]:
+    """Yield the poses of the tool at the grasps of a block, and the widths between the fingers.
+
+    Args:
+        item: a box.
+        tight: whether other objects are near it.
+    """
     assert isinstance(item.shape, Box)
     size = np.array(item.shape.size)
     turn = item.pose[:3, :3]
@@ -139,19 +173,22 @@ def candidates(item: SceneObject) -> Iterator[_Candidate]:
             outward = sign * turn[:, normal]
             if outward[2] < -0.7:  # the face below
                 continue
-            depth = min(size[normal] / 2.0, DEPTH)
+            depth = min(size[normal] / 2.0, SHALLOW if tight else DEPTH)
             tip = item.pose[:3, 3] + outward * (size[normal] / 2.0 - depth)
             side = "from above" if outward[2] > 0.7 else f"from {'+' if sign > 0 else '-'}"
             side += "" if outward[2] > 0.7 else names[normal]
             for finger in {0, 1, 2} - {normal}:
-                for way in (1.0, -1.0):
+                (along,) = {0, 1, 2} - {normal, finger}
+                aside = size[along] / 2.0 - PAD if tight else 0.0
+                offsets = (0.0, aside, -aside) if aside > PAD else (0.0,)
+                for way, offset in product((1.0, -1.0), offsets):
                     tool = np.eye(4)
                     tool[:3, 2] = -outward
                     tool[:3, 1] = way * turn[:, finger]
                     tool[:3, 0] = np.cross(tool[:3, 1], tool[:3, 2])
-                    tool[:3, 3] = tip
+                    tool[:3, 3] = tip + offset * turn[:, along]
                     yield _Candidate(
-                        f"{side}, fingers along {names[finger]}", tool, float(size[finger])
+                        f"{side}, fingers along {names[finger]}", tool, float(size[finger]), tight
                     )
 
 
@@ -177,6 +214,7 @@ def _with_motions(
         NavigationError: one of them cannot be planned.
     """
     block, scene = target
+    assert scene.width is not None, "the caller has chosen how wide the fingers are open"
     before = candidate.tool.copy()
     before[:3, 3] -= APPROACH * candidate.tool[:3, 2]
     pre_grasp = _pre_grasp(planner, before, scene, positions, generator)
@@ -193,6 +231,7 @@ def _with_motions(
         planner.straight(approach[-1], above, lifting),
         candidate.tool,
         candidate.width,
+        scene.width,
         scene,
         lifting,
         held,

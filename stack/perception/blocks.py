@@ -14,6 +14,7 @@ height; of the lower one too little is seen, and it is left out unless its top i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from math import atan2, pi, sqrt
 from typing import cast
 
@@ -55,6 +56,10 @@ UNDER = 0.01
 
 EQUAL_SIDES = 0.004
 """Metres; sides that differ by less look equally long."""
+
+INSIDE, EMPTY = 0.008, 0.3
+"""Metres from the faces of a block: errors of its pose are smaller. Share of the points inside it
+that a picture looks through if the block is not there."""
 
 MODEL_ERROR = 0.001
 """Standard deviation of a position that noise does not explain, metres: lens, mount, edges."""
@@ -107,13 +112,13 @@ class _Group:
 class BlockDetector:
     """Detector of blocks; searches the same pictures once.
 
-    Args:
+    Attributes:
         base_from_link: (4, 4) pose in the base frame of the arm's base link, in which the blocks
             are reported.
     """
 
     def __init__(self, base_from_link: FloatArray) -> None:
-        self._base_from_link = base_from_link
+        self.base_from_link = base_from_link
         self._last: tuple[Image, DepthImage, tuple[Block, ...]] | None = None
 
     def detect(self, image: Image, depth: DepthImage) -> tuple[Block, ...]:
@@ -127,11 +132,28 @@ class BlockDetector:
         if last is None or last[0] is not image or last[1] is not depth:
             groups = _groups(_view(image, depth))
             found = tuple(
-                _block(group, groups, self._base_from_link, depth.stamp)
+                _block(group, groups, self.base_from_link, depth.stamp)
                 for group in groups if group.face is not None
             )  # fmt: skip
             self._last = last = image, depth, found
         return last[2]
+
+    def is_gone(self, block: Block, depth: DepthImage) -> bool:
+        """Return whether a picture looks through the place of a block.
+
+        What is nearer than the block hides the place and says nothing.
+        """
+        half = np.maximum(block.size / 2.0 - INSIDE, 0.0)
+        local = half * np.array(list(product((-1.0, -0.5, 0.0, 0.5, 1.0), repeat=3)))
+        to_optical = inverse(depth.camera.base_from_optical()) @ self.base_from_link @ block.pose
+        points = local @ to_optical[:3, :3].T + to_optical[:3, 3]
+        pixels = np.nan_to_num(depth.camera.project(points), nan=-1.0)
+        column, row = np.floor(pixels).astype(np.int64).T
+        height, width = depth.depth.shape
+        in_view = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+        seen = depth.depth[row[in_view], column[in_view]]
+        through = (seen <= depth.range_max) & (seen > points[in_view, 2])
+        return bool(through.sum() > EMPTY * len(points))
 
 
 def _view(image: Image, depth: DepthImage) -> _View:

@@ -14,6 +14,7 @@ import numpy as np
 from stack.body import AcceptsEstimate, BodyCommand, Replay, SimulatedWorld
 from stack.costmap.costmap import Costmap
 from stack.navigation.motion_stage import WantedTwist
+from stack.runtime.arm_display import ArmDisplay
 from stack.runtime.commands import CommandHandler
 from stack.runtime.failsafes import FailsafeInput
 from stack.runtime.figures import SlowFigures
@@ -77,6 +78,7 @@ class Runtime:
         self._poses = Schedule(parameters.control_rate)  # in steps: one per second
         self._figures = SlowFigures(self.stages, self.sensing, parts.body)
         self._commands = CommandHandler(parts, self.mission, self.end)
+        self._arm = ArmDisplay(parts.limbs)
         self._parameters = Layer(1, parts.live_parameters.table)
 
     def is_ready(self) -> bool:
@@ -231,6 +233,7 @@ class Runtime:
             "map": parts.perceiver.map_layer,
             **{name: _shown(name, it) for name, it in parts.perceiver.world_model.costmaps.items()},
             "parameters": self._parameters,
+            **self._arm.layers(parts.perceiver.estimator.estimate.pose),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
 
@@ -273,7 +276,7 @@ class Runtime:
             sensors=figures.sensors,
             memory=figures.memory,
             fast_loop=figures.fast_loop,
-            arm=parts.limbs.view(state),
+            arm=self._arm.view(state),
             truth=parts.scorer.truth if parts.scorer else None,
             people=parts.scorer.people if parts.scorer else None,
             tracks=state.at(estimate).world.tracks,

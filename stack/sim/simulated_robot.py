@@ -57,7 +57,7 @@ class SimulatedRobot:
 
     Args:
         description: the robot. Its `actual` one is simulated; commands, odometry and the mounts of
-            measurements are as described.
+            measurements, cameras' too, are as described.
         world: in which it drives.
         engine: with that world.
         start: pose of the base frame, world frame.
@@ -229,13 +229,15 @@ class SimulatedRobot:
             time, {name: item for name, item in measured.items() if name not in self._silenced}
         )
 
-    def camera_now(self, name: str) -> CameraModel | None:
-        """Return a camera with its mount in the base frame now; None if that does not change."""
-        described = _cameras(self.description)[name]
-        if not described.link:
-            return None
-        pose = self._links.pose(described.link, self.joint_positions)
-        return described.model.mounted_on(pose)
+    def camera_now(self, name: str) -> tuple[CameraModel, CameraModel]:
+        """Return a camera in the base frame now: as it is described, and as it is mounted."""
+        described, actual = (_cameras(it)[name] for it in (self.description, self._actual))
+        return self._mounted(described), self._mounted(actual)
+
+    def _mounted(self, camera: CameraDescription | DepthCameraDescription) -> CameraModel:
+        if not camera.link:
+            return camera.model
+        return camera.model.mounted_on(self._links.pose(camera.link, self.joint_positions))
 
     @property
     def joint_positions(self) -> dict[str, float]:

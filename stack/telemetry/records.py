@@ -163,6 +163,10 @@ class StageTiming:
     budget: float = 0.05
 
 
+AROUND_ARM = "around_arm"
+"""Layer of the boxes and blocks that an arm knows."""
+
+
 @dataclass(frozen=True, slots=True)
 class SceneShape:
     """A shape to draw.
@@ -208,6 +212,7 @@ class RunInfo:
         urdf: text of the robot's URDF, for 3-D views.
         places: named poses, map frame.
         identity: of this run alone; two runs may have the same name.
+        drives: whether the robot's base moves.
         origin: place of the map frame's origin on Earth; None: unknown.
     """
 
@@ -223,6 +228,7 @@ class RunInfo:
     places: Mapping[str, Pose2D] = field(default_factory=dict)
     identity: str = field(default_factory=new_identity)
     origin: GeoOrigin | None = None
+    drives: bool = True
 
 
 @dataclass(frozen=True, slots=True)

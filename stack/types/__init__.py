@@ -26,6 +26,7 @@ from stack.types.detections import (
 from stack.types.displays import (
     LATENESS_BINS,
     ArmView,
+    HeldBlock,
     LoopStatistics,
     ParameterInfo,
     ParameterTable,
@@ -141,6 +142,7 @@ __all__ = [
     "FloorLines",
     "Limitation",
     "LineColour",
+    "HeldBlock",
     "LoopStatistics",
     "Assignments",
     "Battery",

@@ -115,6 +115,7 @@ class GraspPlan:
         tool: at the grasp; the way to it is straight.
         lift: after the lift; the way to it is straight.
         width: of the block between the fingers, metres.
+        opening: distance between the fingers before they close, metres.
     """
 
     name: str
@@ -122,6 +123,7 @@ class GraspPlan:
     tool: FloatArray
     lift: FloatArray
     width: float
+    opening: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)

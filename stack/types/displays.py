@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any
+
+import numpy as np
 
 from stack.types.geometry import FloatArray
 
@@ -65,7 +68,22 @@ LATENESS_BINS: tuple[float, ...] = tuple(1e-6 * 2.0 ** (number / 2.0) for number
 """Ends of the bins in which a fast loop counts how late its cycles begin, seconds."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
+class HeldBlock:
+    """The block in the hand.
+
+    Attributes:
+        pose: (4, 4) of its centre in the base frame, metres.
+        size: (3,) along x, y and z, metres.
+        colour: red, green, blue in [0, 1].
+    """
+
+    pose: FloatArray
+    size: FloatArray
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class ArmView:
     """Measured state of an arm, with what a display needs to know of it.
 
@@ -80,6 +98,13 @@ class ArmView:
         width: of the gripper, metres; 0 without one.
         width_max: of the open gripper, metres; 0 without one.
         force: with which its fingers press, N.
+        speed: of the fastest joint, rad/s or m/s.
+        fingers: positions of the fingers' joints by name, metres.
+        links: (k, 3) origins of the links from the base to the tool, base frame, metres.
+        way: (n, 3) of the tool in the motion that goes on, base frame, metres.
+        grasps: (n, 4, 4) poses of the tool at the grasps that were found, the best one first, base
+            frame, metres.
+        held: None: the hand is empty.
     """
 
     joints: tuple[str, ...]
@@ -92,6 +117,12 @@ class ArmView:
     width: float = 0.0
     width_max: float = 0.0
     force: float = 0.0
+    speed: float = 0.0
+    fingers: Mapping[str, float] = field(default_factory=dict)
+    links: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    way: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    grasps: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    held: HeldBlock | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,7 +70,7 @@ def test_names(cls, name):
 def test_describes_ports_and_outputs():
     kind = find_behaviours().get("navigate_to_pose")
     assert kind.cls is NavigateToPose
-    assert kind.uses_wheels
+    assert kind.claims == ("base",)
     assert list(kind.ports) == ["goal", "tolerance", "partial", "accept", "accept_after"]
     assert kind.ports["goal"].default is REQUIRED
     assert list(kind.outputs) == ["remaining", "path_length", "time_taken"]

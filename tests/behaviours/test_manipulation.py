@@ -15,7 +15,7 @@ from behaviours.manipulation.detect_blocks import DetectBlocks
 from behaviours.manipulation.home_arm import HomeArm
 from behaviours.manipulation.move_arm import MoveArm
 from behaviours.manipulation.open_gripper import OpenGripper
-from behaviours.manipulation.pick import Pick
+from behaviours.manipulation.pick import ELSEWHERE, LOOK, Pick
 from behaviours.manipulation.place import Place
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.errors import ParameterError
@@ -32,7 +32,7 @@ def block(x, y, z=0.025, colour="red", stamp=0.0, size=(0.05, 0.05, 0.05)):
 
 def grasp(name, at=0.0):
     pose = from_angles((0.5, -0.1, 0.02), (pi, 0.0, 0.0))
-    return GraspPlan(name, np.full(7, at), pose, pose, 0.05)
+    return GraspPlan(name, np.full(7, at), pose, pose, 0.05, 0.08)
 
 
 @pytest.fixture
@@ -139,6 +139,16 @@ class TestDetection:
         assert (behaviour.count, behaviour.colours) == (2, ["red", "red"])
         assert len(robot.arm.blocks) == 4
 
+    def test_a_hidden_block_stays_known_and_does_not_count(self, robot):
+        hidden, lost = block(0.6, 0.0), block(0.5, 0.2)
+        robot.arm.see([hidden, lost])
+        robot.seen_blocks, robot.gone_blocks = (block(0.4, 0.0, colour="blue"),), (lost,)
+        behaviour = DetectBlocks()
+        assert tick(behaviour, robot) is Status.SUCCESS
+        assert (behaviour.count, behaviour.colours) == (1, ["blue"])
+        assert behaviour.feedback_message == "1 found: blue; 1 more known, but hidden"
+        assert [it.colour for it in robot.arm.blocks.values()] == ["red", "blue"]
+
     def test_a_block_on_a_box(self, robot):
         robot.seen_blocks = (block(0.6, 0), block(0.5, 0.4, 0.045, "green"))
         behaviour = DetectBlocks(on="the tray")
@@ -180,6 +190,31 @@ class TestPick:
         assert robot.calls[0][1]["block"] is near and robot.arm.held is near
         assert robot.calls[3][1]["touching"] == (near,)
         assert (behaviour.picked, behaviour.width) == ("red", 0.05)
+
+    @pytest.mark.parametrize("off", [0.003, 0.03])
+    def test_a_block_that_a_closer_look_finds_elsewhere_is_grasped_there(self, robot, off):
+        shown, found = block(0.5, -0.1), block(0.5 + off, -0.1)
+        robot.arm.see([shown])
+        robot.arm.grasps = (grasp("from above"),)
+        robot.hand_camera, robot.closer = "hand", found
+        assert answer(Pick(), robot) is Status.SUCCESS
+        again = ["plan_grasps", "move", "move_joints"] if off > ELSEWHERE else []
+        assert names(robot) == [*again, *STEPS]
+        planned = [given["block"] for name, given in robot.calls if name == "plan_grasps"]
+        assert planned[-1] is (found if off > ELSEWHERE else shown)
+
+    def test_without_a_closer_picture_the_grasp_goes_on(self, robot):
+        robot.arm.see([block(0.5, -0.1)])
+        robot.arm.grasps = (grasp("from above"),)
+        robot.hand_camera = "hand"
+        behaviour = Pick()
+        tick(behaviour, robot)
+        for _ in range(2):
+            robot.task.succeed()
+            tick(behaviour, robot)
+        assert behaviour.feedback_message == "looking closer"
+        tick(behaviour, robot, LOOK + 0.1)
+        assert names(robot)[-1] == "move_tool"
 
     def test_blocks_on_a_spared_box_are_left_alone(self, robot):
         robot.arm.see([block(0.55, 0.4, 0.045)])
@@ -240,7 +275,7 @@ class TestPick:
         robot.task.succeed()
         assert tick(behaviour, robot) is Status.FAILURE
         assert behaviour.failure.code == FailureCode.MISSED
-        assert robot.arm.held is None
+        assert robot.arm.held is None and not robot.arm.blocks, "it is not there"
 
     def test_slipped(self, robot):
         behaviour = self.carried_out(robot, 3)

@@ -81,7 +81,7 @@ class TestTasks:
         assert other.status is TaskStatus.RUNNING
 
     def test_moves_the_robot(self, behaviour, call, robot):
-        assert behaviour.uses_wheels
+        assert behaviour.claims == ("base",)
 
 
 def test_measures_the_way_and_the_time(robot):
@@ -151,7 +151,7 @@ class TestAssistedTeleop:
         assert robot.said == ["the operator may drive: arrow keys, enter when done"]
         robot.task.succeed()
         assert tick(behaviour, robot) is Status.SUCCESS
-        assert behaviour.uses_wheels
+        assert behaviour.claims == ("base",)
 
     @pytest.mark.parametrize(
         ("code", "time_over", "status"),

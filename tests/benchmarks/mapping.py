@@ -58,7 +58,7 @@ def explored(mission: Path, seed: int) -> dict[str, Any]:
     return {
         "seed": seed, "status": report.status, "known %": round(100.0 * known, 2),
         "IoU": round(overlap, 3), "time s": round(report.simulated_seconds, 1),
-        "distance m": round(report.distance_m, 1),
+        "distance m": round(report.distance_m or 0.0, 1),
     }  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """Reactions to faults: seconds and metres from the cause until the robot stands, from 0.5 m/s.
 
-    python -m tests.benchmarks.reactions [COUNT]
+    python -m tests.benchmarks.reactions [COUNT] [--only WORD]
 
 `clock`: the mission runs in this process on a simulated robot; the times are its clock's, and
 exact. `rover`: `treepilot run` drives an emulated ArduRover over MAVLink, on the wall clock. A
@@ -10,6 +10,7 @@ pilot who takes over drives himself: his row is the time until the mission is pa
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import signal
@@ -24,7 +25,7 @@ from dataclasses import replace
 from math import hypot
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, TypeVar
 
 from robots.motors.can_simple import AxisError
 from robots.simulated import SimulatedBody
@@ -35,6 +36,8 @@ from tests.missions.execution.live_run import LiveRun
 from tests.missions.execution.lossy_relay import free_port
 from tests.robots.mavlink.emulated_rover import EmulatedRover, Settings
 from tests.robots.motors.emulated_robot import START, RobotProcess, robot_process
+
+T = TypeVar("T")
 
 DRIVE = "run: {drive_on_heading: {distance: 3 m, speed: 0.5}}\n"
 MISSION = f"""
@@ -109,6 +112,8 @@ def in_processes(cause: Callable[[RobotProcess, int], None]) -> tuple[float, flo
         text = text.replace("../scout", str(ROBOTS / "scout"))
         text = text.replace("port: 5610", f"port: {robot.port}")
         (folder / "robot.yaml").write_text(f"{text}body: {robot.body}\n")
+        limit = threading.Timer(WAITS, robot.process.kill)  # its lines end then
+        limit.start()
         with _command(folder) as command:
             robot.await_line("rolls")
             engine = _engine(command.pid)
@@ -117,6 +122,7 @@ def in_processes(cause: Callable[[RobotProcess, int], None]) -> tuple[float, flo
                 cause(robot, engine)
                 seconds, metres = robot.await_line().split()
             finally:
+                limit.cancel()
                 for pid in ours:
                     with suppress(ProcessLookupError):
                         os.kill(pid, signal.SIGKILL)
@@ -243,15 +249,23 @@ def on_the_clock(fault: str, settings: str) -> tuple[float, float]:
 
 def main() -> None:
     """Print a row for each fault."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 3
+    options = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    options.add_argument("count", type=int, nargs="?", default=3, help="of each fault [3]")
+    options.add_argument("--only", default="", metavar="WORD", help="faults with this in the name")
+    given = options.parse_args()
+    count, only = given.count, given.only
     print("| fault | where | stands after | worst | distance | worst |\n|---|---|---|---|---|---|")
-    for name, (fault, settings) in SIMULATED.items():
+    for name, (fault, settings) in _chosen(SIMULATED, only):
         _row(name, "clock", [on_the_clock(fault, settings)])
-    for name, (happens, stands) in ROVER.items():
+    for name, (happens, stands) in _chosen(ROVER, only):
         _row(name, "rover", [on_the_rover(happens, stands=stands) for _ in range(count)])
-    for name, cause in PROCESSES.items():
+    for name, cause in _chosen(PROCESSES, only):
         _row(name, "CAN", [in_processes(cause) for _ in range(count)])
         time.sleep(0.5)  # noqa: TID251 - the ports of the last run
+
+
+def _chosen(faults: dict[str, T], only: str) -> list[tuple[str, T]]:
+    return [(name, fault) for name, fault in faults.items() if only in name]
 
 
 def _row(name: str, where: str, found: list[tuple[float, float]]) -> None:

@@ -33,7 +33,7 @@ class Act(RobotBehaviour):
 class Drive(Act):
     """Act that moves the robot."""
 
-    uses_wheels = True
+    claims = ("base",)
 
 
 class Pausable(RobotBehaviour):
@@ -109,7 +109,7 @@ class Stray(RobotBehaviour):
     """Start to turn, then raise before it follows its task."""
 
     who: str = port("its name in the log")
-    uses_wheels = True
+    claims = ("base",)
 
     def initialise(self):
         self.robot.base.spin(1.0)
@@ -123,7 +123,7 @@ class Stubborn(RobotBehaviour):
     """Turn, and raise when the tree ends it."""
 
     who: str = port("its name in the log")
-    uses_wheels = True
+    claims = ("base",)
 
     def initialise(self):
         self._task = self.robot.base.spin(1.0)

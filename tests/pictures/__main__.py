@@ -34,8 +34,13 @@ CHOSEN = {
     "health-dark-120x40": "health", "plots-dark-120x40": "plots",
     "camera-dark-80x24": "camera", "placing-dark-80x24": "placing",
     "replay-dark-120x40": "replay", "report-light-1400": "report", "rerun": "rerun",
+    "rerun-arm": "rerun_arm", "arm-dark-120x40": "arm",
 }  # fmt: skip
 """Names of pictures that the documentation shows -> their names there."""
+
+
+RERUN = {"rerun": ("kidnapped", 5.2), "rerun-arm": ("arm", 2.4)}
+"""Names of pictures of rerun's viewer -> run and robot time, seconds."""
 
 
 class Gallery:
@@ -86,15 +91,16 @@ def draw_report(gallery: Gallery, runs: Path) -> None:
 
 def draw_rerun(gallery: Gallery, runs: Path) -> None:
     """Draw rerun's viewer."""
-    if not gallery.wants("rerun"):
-        return
-    file = gallery.file("rerun")
-    subprocess.run(
-        [sys.executable, "-m", "tests.pictures.rerun_picture", str(run_folder("kidnapped", runs)),
-         str(file)],
-        cwd=ROOT, check=True,
-    )  # fmt: skip
-    shrink(file)
+    for name, (run, at) in RERUN.items():
+        if not gallery.wants(name):
+            continue
+        file = gallery.file(name)
+        subprocess.run(
+            [sys.executable, "-m", "tests.pictures.rerun_picture", str(run_folder(run, runs)),
+             str(file), "--at", str(at)],
+            cwd=ROOT, check=True,
+        )  # fmt: skip
+        shrink(file)
 
 
 def main() -> int:

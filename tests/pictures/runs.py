@@ -28,6 +28,7 @@ RUNS = {
     "red_box": Recorded("33_find_the_red_box", 1),
     "corridor": Recorded("03_blocked_corridor", 7),
     "kidnapped": Recorded("05_kidnapped", 7),
+    "arm": Recorded("50_pick_the_red_block", 1),
 }
 
 

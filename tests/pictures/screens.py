@@ -66,6 +66,7 @@ VISITS = (
         Screen("disturb", ("D",)), Screen("quit", ("q",)),
     )),
     Visit("red_box", 31.9, (Screen("camera", ("C",)), Screen("camera_main"))),
+    Visit("arm", 9.0, (Screen("arm"),)),
     Visit("corridor", 19.5, (Screen("recovery"),)),
     Visit("office", 60.0, (Screen("replay"), Screen("replay_time", ("colon",)),
                            Screen("replay_help", ("question_mark",))), True),

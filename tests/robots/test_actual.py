@@ -4,6 +4,7 @@ from dataclasses import replace
 from math import pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import robots
@@ -12,7 +13,8 @@ from robots.load import find_robot, read_robot
 from robots.simulated import SimulatedBody
 from stack.body import BodyCommand
 from stack.errors import InputError
-from stack.types import Pose2D, Scan, Twist
+from stack.types import DepthImage, Pose2D, Scan, Twist
+from tests.stack.sim.arm_world import PANDA, TOP, bench
 
 HERE = Path(__file__).parent
 SCOUT = read_robot(find_robot("scout", HERE))
@@ -36,6 +38,25 @@ def test_wheels_and_lidar_are_those_of_the_actual_robot_and_the_measurements_as_
     body.close()
     assert driven == pytest.approx(measured / 1.1, rel=0.01)
     assert scan.mount == Pose2D(0.0, 0.0, pi)
+
+
+def test_pictures_are_taken_where_the_cameras_are_and_say_where_they_are_described():
+    """A camera that looks straight down is 3 cm lower than described."""
+    overhead = PANDA.depth_cameras["overhead"]
+    down, described = (
+        replace(overhead, model=replace(overhead.model, position=(0.6, 0.0, z), pitch=pi / 2))
+        for z in (1.5, 1.53)
+    )
+    actual = replace(PANDA, depth_cameras={"overhead": down})
+    robot = replace(PANDA, depth_cameras={"overhead": described}, actual=actual)
+    body, picture = SimulatedBody(robot, bench(), start=Pose2D(0.0, 0.0), seed=1), None
+    for _ in range(10):
+        body.command(BodyCommand(depth=True))
+        body.wait(0.05)
+        picture = body.sense().named("overhead", DepthImage) or picture
+    body.close()
+    assert picture.camera.position == (0.6, 0.0, 1.53)
+    assert np.median(picture.depth[110:130, 150:170]) == pytest.approx(1.5 - TOP, abs=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,12 @@ class View:
         return View(grid.origin[0] + width / 2, grid.origin[1] + height / 2, scale)
 
     @staticmethod
+    def about(pose: Pose2D, radius: float, columns: int, rows: int) -> View:
+        """Return the view of a circle about a pose, its radius in metres."""
+        scale = 2.0 * radius / max(1, min(columns * 2, rows * 4) - 4)
+        return View(0.0, 0.0, scale).centred(pose)
+
+    @staticmethod
     def around(pose: Pose2D, columns: int, span: float = 12.0) -> View:
         """Return a view `span` metres wide, centred on the pose."""
         return View(0.0, 0.0, span / max(1, columns * 2)).centred(pose)

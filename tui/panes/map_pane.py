@@ -18,6 +18,7 @@ from stack.telemetry.outlines import uncertainty_ellipse
 from stack.telemetry.records import Layer, RunInfo, Snapshot
 from stack.types import CostGrid, OccupancyGrid, Pose2D, Scan
 from tui.drawing import palette
+from tui.drawing.arm import REACH, draw_arm
 from tui.drawing.canvas import Canvas, View, arrow, circle, scale_bar
 from tui.drawing.strips import Lines, ink, one_line, paper, to_strips
 from tui.keys import DRAFT_KEYS
@@ -45,6 +46,12 @@ LEGEND = " ".join(
         ("•", "beyond", palette.BEAM_LONG),
     )
 )  # fmt: skip
+
+ARM_LEGEND = (
+    f" [{palette.css(palette.ROBOT)}]━[/]arm [{palette.css(palette.PATH)}]━[/]way of the tool"
+    f" [{palette.css(palette.ROBOT_TEXT)}]+[/]tool"
+)
+"""Of an arm that does not drive."""
 
 DEPTH_LEGEND = f" [{palette.css(palette.DEPTH)}]•[/]depth"
 """Shown while a depth camera is used."""
@@ -236,6 +243,10 @@ class MapPane(Lines, can_focus=True):
         self._put_canvas(canvas)
         self._label(self.snapshot, view)
 
+    @property
+    def _drives(self) -> bool:
+        return self.info is None or self.info.drives
+
     def _waiting(self, y: int) -> Strip:
         """Return one line of the pane without a snapshot."""
         width, is_middle = self.size.width, y == self.size.height // 2
@@ -266,6 +277,8 @@ class MapPane(Lines, can_focus=True):
     def _current_view(self, snapshot: Snapshot, columns: int, rows: int) -> View:
         grid = _occupancy(snapshot.layers.get("map"))
         view = self.view
+        if view is None and not self._drives:
+            return View.about(snapshot.pose, REACH, columns, rows)
         if view is None or (self._awaits_map and grid is not None):
             # Without a map to fit, follow the robot until there is one.
             self.following = self._awaits_map = grid is None
@@ -286,7 +299,7 @@ class MapPane(Lines, can_focus=True):
         key = (view, columns, rows, versions, places)
         if self._ground is None or key != self._ground_key:
             self._ground, self._ground_key = Canvas(view, columns, rows), key
-            grid = _occupancy(plan)
+            grid = _occupancy(plan) if self._drives else None  # what an arm knows has outlines
             self._ground.draw_costs(grid, _costs(costs))
             if grid is not None:
                 self._ground.draw_walls(grid)
@@ -314,8 +327,10 @@ class MapPane(Lines, can_focus=True):
             canvas.draw_line(circle(*track.position, track.radius), palette.PERSON)
             ends = np.array([track.position, track.position_after(TRACK_SECONDS)])
             canvas.draw_line(ends, palette.PERSON)
-        ellipse = uncertainty_ellipse(snapshot.pose, snapshot.covariance)
-        canvas.draw_line(ellipse[:, :2], palette.PARTICLE)
+        if self._drives:
+            ellipse = uncertainty_ellipse(snapshot.pose, snapshot.covariance)
+            canvas.draw_line(ellipse[:, :2], palette.PARTICLE)
+        draw_arm(canvas, snapshot)
         self._figures(canvas, snapshot)
 
     def _figures(self, canvas: Canvas, snapshot: Snapshot) -> None:
@@ -335,7 +350,8 @@ class MapPane(Lines, can_focus=True):
             canvas.draw_text(
                 rival.pose.x, rival.pose.y, f"{arrow(rival.pose)}{rival.share:.0%}", palette.RIVAL
             )
-        canvas.draw_text(pose.x, pose.y, arrow(pose), palette.ROBOT_TEXT, palette.ROBOT)
+        if self._drives:
+            canvas.draw_text(pose.x, pose.y, arrow(pose), palette.ROBOT_TEXT, palette.ROBOT)
         if self.draft is not None:
             self.draft.draw(canvas)
 
@@ -343,10 +359,13 @@ class MapPane(Lines, can_focus=True):
         width, pose = self.size.width, snapshot.pose
         mode = "Map · following" if self.following else "Map"
         where = f"x {pose.x:.1f}  y {pose.y:.1f}  θ {np.degrees(pose.heading):.0f}°"
+        if not self._drives:
+            where = "the arm from above"
         title = f"{mode}  [not bold {palette.css(palette.DIM)}]{where}[/]" if width >= 44 else mode
         characters, metres = scale_bar(view, width // 5)
         scale = f"├{'─' * (characters - 2)}┤ {metres:g} m" if characters else ""
-        legend = LEGEND + (DEPTH_LEGEND if snapshot.depth_points is not None else "")
+        legend = LEGEND if self._drives else ARM_LEGEND
+        legend += DEPTH_LEGEND if snapshot.depth_points is not None else ""
         subtitle = f"{legend}  {scale}" if width >= 46 else scale
         if (title, subtitle) != self._titles:
             self._titles = title, subtitle

@@ -36,7 +36,7 @@ class StatusBar(TextLines):
         self._last = snapshot, info, link
         width, right = self.size.width, Text()
         if snapshot is not None:
-            self._figures(right, snapshot)
+            self._figures(right, snapshot, info)
         title = one_line(info.title) if info else "treepilot"
         left = self._state(f" ◆ {title} ", snapshot, link)
         if left.cell_len + right.cell_len >= width:
@@ -82,12 +82,13 @@ class StatusBar(TextLines):
             text.append(f"  {one_line(row.name)}", style=f"not bold {css(BUSY)}")
             text.append(f"  {one_line(row.message)}", style=f"not bold {css(DIM)}")
 
-    def _figures(self, text: Text, snapshot: Snapshot) -> None:
+    def _figures(self, text: Text, snapshot: Snapshot, info: RunInfo | None) -> None:
         health, charge = snapshot.health, snapshot.battery.charge
-        for label, value, colour in (
-            ("loc", f"{health:.2f}", health_colour(health, snapshot.health_thresholds)),
-            ("bat", f"{charge:.0%}", charge_colour(charge)),
-        ):
+        figures = [("bat", f"{charge:.0%}", charge_colour(charge))]
+        if info is None or info.drives:
+            colour = health_colour(health, snapshot.health_thresholds)
+            figures.insert(0, ("loc", f"{health:.2f}", colour))
+        for label, value, colour in figures:
             text.append(f"  {label} ", style=css(DIM))
             text.append(value, style=css(colour))
         text.append(f"  {snapshot.speed:.1f}×", style=css(TEXT))

@@ -7,7 +7,7 @@ from math import isfinite
 from rich.markup import escape
 from rich.text import Text
 
-from stack.telemetry.records import Snapshot
+from stack.telemetry.records import RunInfo, Snapshot
 from stack.types import ArmView
 from tui.drawing.palette import (
     BAD,
@@ -46,17 +46,22 @@ class VitalsPane(TextLines, can_focus=True):
         self._shown = Text("waiting for the robot", style=f"italic {css(DIM)}")
         self._warning = ""
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Show the figures of a snapshot."""
+    def show(self, snapshot: Snapshot, info: RunInfo | None = None) -> None:
+        """Show the figures of a snapshot; of a robot without wheels, none of driving."""
         text = Text(no_wrap=True, overflow="ellipsis")
+        drives = info is None or info.drives
         self._battery(text, snapshot)
-        self._localisation(text, snapshot)
-        speed = snapshot.measured
-        _line(text, "speed", f"{speed.linear:5.2f} m/s  {speed.angular:+.2f} rad/s")
+        if drives:
+            self._localisation(text, snapshot)
+            speed = snapshot.measured
+            _line(text, "speed", f"{speed.linear:5.2f} m/s  {speed.angular:+.2f} rad/s")
         if snapshot.arm is not None:
             arm_lines(text, snapshot.arm)
         _cameras(text, snapshot)
-        self._counters(text, snapshot)
+        if drives:
+            self._counters(text, snapshot)
+        else:
+            _hits(text, snapshot)
         self._stages(text, snapshot)
         text.right_crop(1)
         warning = (
@@ -112,6 +117,11 @@ class VitalsPane(TextLines, can_focus=True):
             _bar(text, name, stage.mean / FULL_BAR, PARTICLE if name != "body" else BUSY)
             text.append(f" {stage.mean * 1e3:5.2f} ms", style=css(TEXT))
             text.append(f" ▲{stage.overruns}\n" if stage.overruns else "\n", style=css(WARN))
+
+
+def _hits(text: Text, snapshot: Snapshot) -> None:
+    recoveries, hits = (int(snapshot.counters.get(key, 0)) for key in ("recoveries", "collisions"))
+    _line(text, "recovery", f"{recoveries:3}×  hits {hits}", BAD if hits else TEXT)
 
 
 def arm_lines(text: Text, arm: ArmView) -> None:

@@ -34,6 +34,7 @@ from stack.navigation.live_parameters import LiveParameters, Tunable
 from stack.navigation.plans.arm_plans import ArmPlans
 from stack.navigation.tasks import Emit
 from stack.perception.blocks import BlockDetector
+from stack.perception.calibration_watch import CalibrationWatch
 from stack.perception.camera_lease import CameraLease
 from stack.perception.cameras.watch import CameraWatch
 from stack.perception.coloured_objects import ColouredObjectDetector
@@ -103,6 +104,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         places=dict(plan.mission.places),
         identity=identity or new_identity(),
         origin=plan.world.origin,
+        drives=plan.robot.drivetrain.moves,
     )
 
 
@@ -151,7 +153,7 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
     coloured = ColouredObjectDetector(plan.choices["coloured_objects"].parameters)
     robot = StackRobot(
         driving.base, driving.localisation, driving.map,
-        _perception(plan.robot, perceiver, coloured, now),
+        _perception(plan.robot, perceiver, coloured, now, emit),
         body, now, PictureStore(folder), emit, limbs,
     )  # fmt: skip
     tree = compile_mission(plan.mission)
@@ -220,7 +222,7 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
 
 def _perception(
     robot: RobotDescription, perceiver: Perceiver, coloured: ColouredObjectDetector,
-    now: CurrentStep,
+    now: CurrentStep, emit: Emit,
 ) -> StackPerception:  # fmt: skip
     return StackPerception(
         robot=robot,
@@ -235,6 +237,8 @@ def _perception(
         lines=FloorLineDetector(),
         coloured=coloured,
         block_detector=BlockDetector(_arm_base(robot)),
+        calibration=CalibrationWatch(),
+        emit=emit,
     )
 
 

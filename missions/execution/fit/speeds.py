@@ -91,7 +91,7 @@ def _compared(
 
 def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
     """Report speeds that the robot cannot reach."""
-    if not isinstance(step, LeafStep) or not step.behaviour.uses_wheels:
+    if not isinstance(step, LeafStep) or "base" not in step.claims:
         return
     limits = robot.limits
     for name, value in step.ports.items():

@@ -10,6 +10,7 @@ import numpy as np
 
 from missions.inspection.page.blockers import Blocker
 from missions.inspection.page.story import Samples, Story
+from stack.telemetry.records import AROUND_ARM
 from stack.types import FloatArray, OccupancyGrid
 
 WIDTH = 720
@@ -28,11 +29,13 @@ LEVELS = 5
 def map_figure(story: Story) -> str:
     """The map with the driven way: coloured by speed, with a ring where the robot was held."""
     samples, grid = story.samples, story.grid
+    if not story.drives:
+        grid = None  # what the arm knows is drawn instead
     view = _View(grid, samples)
     top = max(0.2, float(np.nanmax(samples.speed, initial=0.0)))
     x, y = view.pixels(samples.x, samples.y)
     parts = [] if grid is None else [view.picture(grid)]
-    for first, last, level in _stretches(samples.speed / top, x, y):
+    for first, last, level in _stretches(samples.speed / top, x, y, jumps=story.drives):
         points = _points(x[first:last], y[first:last])
         parts.append(f'<polyline class="speed{level}" points="{points}"/>')
     true_way = bool((samples.error > LEAST_APART).any())
@@ -42,7 +45,8 @@ def map_figure(story: Story) -> str:
     parts += _moved_marks(story, view)
     parts += [f'<circle cx="{x[0]:.1f}" cy="{y[0]:.1f}" r="6" class="begin"/>',
               f'<circle cx="{x[-1]:.1f}" cy="{y[-1]:.1f}" r="6" class="end"/>']  # fmt: skip
-    for name, at in story.places.items():
+    parts += _blocks(story, view)
+    for name, at in story.places.items() if story.drives else ():
         a, b = view.pixel(*at)
         parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" class="place"/>',
                   _label(a, b - 9, [name])]  # fmt: skip
@@ -50,7 +54,8 @@ def map_figure(story: Story) -> str:
         parts += _blocker_marks(blocker, view)
     parts += _failure_marks(story, x, y)
     drawn = "".join(parts)
-    label = escape(f"map of {story.name} with the driven way")
+    what = "driven way" if story.drives else "way of the tool"
+    label = escape(f"map of {story.name} with the {what}")
     return (
         f'<svg viewBox="0 0 {WIDTH} {view.height:.0f}" role="img" aria-label="{label}">{drawn}'
         f"</svg><figcaption>{''.join(_legend(story, top, true_way=true_way))}</figcaption>"
@@ -64,7 +69,8 @@ def _legend(story: Story, top: float, *, true_way: bool) -> Iterator[str]:
         f'<line x1="{step * level}" y1="6" x2="{step * level + step}" y2="6" class="speed{level}"/>'
         for level in range(LEVELS)
     )
-    yield _key(lines, f"0 to {top:.1f} m/s", step * LEVELS)
+    words = f"0 to {top:.1f} m/s" + ("" if story.drives else ", the tool from above")
+    yield _key(lines, words, step * LEVELS)
     if true_way:
         yield _key('<line x1="0" y1="6" x2="24" y2="6" class="truth"/>', "true way", 24)
     yield _key('<circle cx="6" cy="6" r="4.5" class="begin"/>', "start")
@@ -152,22 +158,39 @@ class _View:
         )
 
 
-def _stretches(shares: FloatArray, x: FloatArray, y: FloatArray) -> list[tuple[int, int, int]]:
+def _stretches(
+    shares: FloatArray, x: FloatArray, y: FloatArray, *, jumps: bool = True
+) -> list[tuple[int, int, int]]:
     """First and last sample, and level 0 to 4, of each stretch of about the same speed.
 
-    A jump of the pose is not drawn as a way.
+    Jumps of the pose are not drawn as a way, if there may be any.
     """
     levels = np.clip((shares * 5).astype(int), 0, 4)
     steps = np.hypot(np.diff(x), np.diff(y))
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 1.0
-    jumps = np.concatenate([[False], steps > max(40.0, 12 * usual)])
+    breaks = np.concatenate([[False], jumps & (steps > max(40.0, 12 * usual))])
     found, first = [], 0
     for at in range(1, len(levels) + 1):
-        if at == len(levels) or levels[at] != levels[first] or jumps[at]:
-            last = at if at == len(levels) or jumps[at] else at + 1
+        if at == len(levels) or levels[at] != levels[first] or breaks[at]:
+            last = at if at == len(levels) or breaks[at] else at + 1
             if last - first > 1:
                 found.append((first, last, int(levels[first])))
             first = at
+    return found
+
+
+def _blocks(story: Story, view: _View) -> list[str]:
+    """Outlines of the boxes and blocks that an arm knew at the end."""
+    layer = story.last.layers.get(AROUND_ARM)
+    content = layer.content if layer is not None else ()
+    found = []
+    for shape in content if isinstance(content, tuple) else ():
+        length, width, _ = shape.size
+        half = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * (length / 2.0, width / 2.0)
+        corners = shape.pose.transform(half)
+        colour = ", ".join(str(round(255 * part)) for part in shape.colour)
+        points = _points(*view.pixels(corners[:, 0], corners[:, 1]))
+        found.append(f'<polygon points="{points}" class="block" style="stroke: rgb({colour})"/>')
     return found
 
 

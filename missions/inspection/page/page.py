@@ -190,6 +190,9 @@ def _plots(stories: Sequence[Story]) -> str:
         plot("Error and deviation of the pose" if alone else "Error of the pose", "m",
              series(*errors), end, least_top=0.1),
         plot("Health of the localisation", "", series("health"), end, least_top=1.0),
+        plot("Speed of the fastest joint", "rad/s", series("joints"), end, least_top=0.5),
+        plot("Between the fingers", "mm", series("fingers"), end, least_top=20.0),
+        plot("Force of the fingers", "N", series("grip"), end, least_top=5.0),
         plot("Compute time of a step", "ms", series("compute"), end, least_top=1.0),
     ]  # fmt: skip
     return f'<div class="plots">{"".join(map(_figure, figures))}</div>'

@@ -31,6 +31,7 @@ def plot(
         end: of the time scale, seconds.
         least_top: the scale ends at no lower value.
     """
+    series = [one for one in series if np.isfinite(one[2]).any()]
     known = [value for _, _, values, _ in series for value in values if isfinite(value)]
     if not known:
         return ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
@@ -39,7 +39,8 @@ class Samples:
     """Figures of the run over its time, n samples.
 
     Attributes:
-        time: seconds. x, y: of the estimate, map frame, metres.
+        time: seconds. x, y: of the estimate, map frame, metres; of the tool of a robot that has an
+            arm and no wheels, and so its speed. All other figures of driving are NaN then.
         true_x, true_y: of the truth, map frame, metres; NaN without a simulation.
         speed: measured, m/s; commanded: m/s.
         nearest: distance from the lidar to the nearest thing, metres; NaN without a scan.
@@ -48,6 +49,8 @@ class Samples:
         compute: milliseconds of a step, mean since the sample before.
         held: cause by which the robot was held, or "".
         stands: whether it stood because of it.
+        joints: speed of the fastest joint of the arm, rad/s. fingers: width between them, mm.
+        grip: force with which they press, N. NaN without an arm.
     """
 
     time: FloatArray
@@ -64,6 +67,9 @@ class Samples:
     compute: FloatArray
     held: tuple[str, ...]
     stands: NDArray[np.bool_]
+    joints: FloatArray
+    fingers: FloatArray
+    grip: FloatArray
 
     @property
     def true_speed(self) -> FloatArray:
@@ -127,6 +133,7 @@ class Story:
         last: the last snapshot.
         report: what can be read of it (missions/execution/report.py); None of a run that ended
             without one.
+        drives: whether its base moves.
         facts: what was known before it began.
         blockers: doors and people that blocked the robot.
     """
@@ -140,6 +147,7 @@ class Story:
     world: str
     places: dict[str, tuple[float, float]]
     footprint: Footprint
+    drives: bool
     report: dict[str, Any] | None
     facts: PlanFacts
     blockers: tuple[Blocker, ...] = ()
@@ -265,13 +273,16 @@ def read_story(folder: Path) -> Story:
     with SnapshotRecording(folder) as recording:
         count = len(recording.times)
         numbers = sorted({*range(0, count, -(-count // MOST_SAMPLES)), count - 1})
-        samples = _samples([recording.snapshot(number, whole=False) for number in numbers])
+        shots = [recording.snapshot(number, whole=False) for number in numbers]
         last, info = recording.snapshot(count - 1), recording.info
+        samples = _samples(shots)
+        if not info.drives:
+            samples = _of_tool(samples, shots)
         blockers = blockers_of(trace.events, recording, facts)
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
         {name: (pose.x, pose.y) for name, pose in info.places.items()}, info.footprint,
-        read_fields(folder), facts, blockers,
+        info.drives, read_fields(folder), facts, blockers,
     )  # fmt: skip
 
 
@@ -300,6 +311,29 @@ def _samples(shots: list[Snapshot]) -> Samples:
         compute=_compute(shots),
         held=tuple("" if one is None else one.cause for one in worst),
         stands=np.array([one is not None and one.stands for one in worst]),
+        joints=values(lambda shot: np.nan if shot.arm is None else shot.arm.speed),
+        fingers=values(lambda shot: np.nan if shot.arm is None else 1e3 * shot.arm.width),
+        grip=values(lambda shot: np.nan if shot.arm is None else shot.arm.force),
+    )
+
+
+def _of_tool(samples: Samples, shots: list[Snapshot]) -> Samples:
+    """The same of the tool instead of the base, which does not move."""
+    unknown = np.full(len(shots), np.nan)
+    places = np.array(
+        [
+            shot.pose.transform(shot.arm.tool[np.newaxis, :2, 3])[0]
+            if shot.arm
+            else (np.nan, np.nan)
+            for shot in shots
+        ]
+    )
+    tools = np.array([shot.arm.tool[:3, 3] if shot.arm else np.full(3, np.nan) for shot in shots])
+    moved = np.linalg.norm(np.diff(tools, axis=0, prepend=tools[:1]), axis=1)
+    speed = moved / np.maximum(np.diff(samples.time, prepend=samples.time[0]), 1e-3)
+    return replace(
+        samples, x=places[:, 0], y=places[:, 1], speed=speed, true_x=unknown, true_y=unknown,
+        commanded=unknown, health=unknown, deviation=unknown, error=unknown,
     )  # fmt: skip
 
 

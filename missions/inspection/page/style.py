@@ -35,6 +35,7 @@ polyline { fill: none; stroke-width: 3; stroke-linejoin: round; stroke-linecap: 
 .key line { stroke-width: 4; }
 .heldmark { fill: none; stroke: var(--warn); stroke-width: 2.5; } .held { fill: var(--warn); }
 .truth { stroke: var(--ink); stroke-width: 1.6; stroke-dasharray: 5 4; }
+.block { fill: none; stroke-width: 2; }
 .shut { stroke: var(--bad); stroke-width: 5; } .person { fill: var(--run4);
   stroke: var(--paper); } .map text { paint-order: stroke; stroke: var(--panel);
   stroke-width: 3px; stroke-linejoin: round; }

@@ -6,16 +6,17 @@ The analysis is conservative: a finding is reported only if it is certain.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any
 
 from missions.language.analysis.data_flow import children_of, once_per_step, steps_below
 from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.analysis.ranges import range_hint
 from missions.language.expressions.scope import UNSET, Symbol
-from missions.language.step import Order, Outcomes, Step, Tree
+from missions.language.step import Claims, Order, Outcomes, Step, Tree
 from missions.language.values import Constant, may_fail
 from stack.documents import Findings
+from stack.drivetrain.needs import noun_of
 
 
 class OutcomeCheck:
@@ -38,7 +39,7 @@ class OutcomeCheck:
         elif step.order is Order.AFTER_SUCCESS:
             self._overwritten(step)
         if step.order is Order.TOGETHER:
-            self._wheels(step)
+            self._conflicts(step)
         for child in children_of(step):
             self.step(child)
 
@@ -183,38 +184,41 @@ class OutcomeCheck:
         root = self.trees[step.uses].root if step.uses else None
         return step.children() if root is None else (root,)
 
-    def _wheels(self, step: Step) -> None:
-        """Report two children of a parallel that both move the robot, certainly or possibly."""
-        drivers = [child for child in step.children() if self.moves(child)]
-        at_once = [child for child in drivers if self.begins_to_move(child)]
-        if len(at_once) > 1:
-            first, second = at_once[:2]
-            sentence = f"{second.title} moves the robot at the same time as {first.title}"
-            hint = "use a sequence"
-            self.findings.add("E162", second.mark, f"{sentence} (line {first.mark.line})", hint)
-            return
-        for number, second in enumerate(drivers):
-            first_or_none = next((item for item in drivers[:number] if _both(item, second)), None)
-            if first_or_none is not None:
-                line = first_or_none.mark.line
-                sentence = f"{second.title} may move the robot at the same time as "
-                sentence += f"{first_or_none.title} (line {line})"
+    def _conflicts(self, step: Step) -> None:
+        """Report two children of a parallel that claim the same, certainly or possibly."""
+        children = step.children()
+        for first, second in combinations(children, 2):
+            if shared := self.begins(first) & self.begins(second):
+                sentence = f"{second.title} uses the {_nouns(shared)} at the same time as "
+                sentence += f"{first.title} (line {first.mark.line})"
+                self.findings.add("E162", second.mark, sentence, "use a sequence")
+                return
+        for first, second in combinations(children, 2):
+            shared = self.claims(first) & self.claims(second)
+            if shared and _both(first, second):
+                sentence = f"{second.title} may use the {_nouns(shared)} at the same time as "
+                sentence += f"{first.title} (line {first.mark.line})"
                 hint = "use a sequence, or conditions that exclude each other"
                 self.findings.add("W105", second.mark, sentence, hint)
                 return
 
     @once_per_step
-    def moves(self, step: Step) -> bool:
-        """Return whether a step, with the trees it uses, may move the robot."""
+    def claims(self, step: Step) -> Claims:
+        """Return what a step, with the trees it uses, may claim of the robot."""
         below = steps_below(step, self.trees)
-        return step.moves_robot or any(self.moves(child) for child in below)
+        return step.claims.union(*(self.claims(child) for child in below))
 
     @once_per_step
-    def begins_to_move(self, step: Step) -> bool:
-        """Return whether a step moves the robot from its first tick."""
+    def begins(self, step: Step) -> Claims:
+        """Return what a step claims from its first tick on."""
         if step.modifiers.when is not None:
-            return False
-        return step.begins([self.begins_to_move(child) for child in self._run_by(step)])
+            return frozenset()
+        return step.begins([self.begins(child) for child in self._run_by(step)])
+
+
+def _nouns(claims: Claims) -> str:
+    """Return resources in words: `arm and gripper`."""
+    return " and ".join(noun_of(name) for name in sorted(claims))
 
 
 def _both(first: Step, second: Step) -> bool:

@@ -21,7 +21,7 @@ from missions.language.expressions.value_types import type_of
 from missions.language.kinds.kind import NodeReading, Written
 from missions.language.reading.modifiers import value_in
 from missions.language.reading.ports import Owner
-from missions.language.step import Codes, Outcomes, Step, TreeBuilder
+from missions.language.step import Claims, Codes, Outcomes, Step, TreeBuilder
 from missions.language.values import (
     AssignmentList,
     Constant,
@@ -85,8 +85,8 @@ class LeafStep(Step):
     def takes_time(self, children: Sequence[bool]) -> bool:
         return self.behaviour.takes_time
 
-    def begins(self, children: Sequence[bool]) -> bool:
-        return self.moves_robot
+    def begins(self, children: Sequence[Claims]) -> Claims:
+        return self.claims
 
     @property
     def ends_at_once(self) -> bool:
@@ -97,8 +97,8 @@ class LeafStep(Step):
         return self.behaviour.is_condition and not self.behaviour.is_instant
 
     @property
-    def moves_robot(self) -> bool:
-        return self.behaviour.uses_wheels
+    def claims(self) -> Claims:
+        return frozenset(self.behaviour.claims)
 
     @property
     def goal(self) -> object:

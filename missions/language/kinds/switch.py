@@ -16,7 +16,7 @@ from missions.language.expressions.terms import Named
 from missions.language.expressions.value_types import TEXT
 from missions.language.keys import Form, Key, required, section
 from missions.language.kinds.kind import NodeKind, NodeReading, Outline, Shape, Written
-from missions.language.step import Codes, Order, Outcomes, Step, TreeBuilder
+from missions.language.step import Claims, Codes, Order, Outcomes, Step, TreeBuilder
 from missions.language.values import Computed, Value
 from missions.trees.context import Execution
 from missions.trees.node import Decorator, InnerNode, Node, run
@@ -106,8 +106,8 @@ class SwitchStep(Step):
     def least_time(self, children: Sequence[float]) -> float:
         return min(children, default=0.0)
 
-    def begins(self, children: Sequence[bool]) -> bool:
-        return all(children)
+    def begins(self, children: Sequence[Claims]) -> Claims:
+        return frozenset.intersection(*children) if children else frozenset()
 
     def fails_with(self) -> Codes:
         return frozenset() if self.default else frozenset((FailureCode.CHECK_FAILED,))

@@ -21,6 +21,7 @@ from stack.frames.tree import inverse
 from stack.geometry.rotations import from_angles
 from stack.lifecycle import Timers
 from stack.manipulation.scene import Scene
+from stack.navigation.capabilities.gripper import GRIPPER
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
 from stack.navigation.plans.deferred import Deferred
@@ -34,11 +35,11 @@ from stack.types import (
     FailureCode,
     FloatArray,
     GraspPlan,
+    GripperState,
     JointState,
     JointTrajectory,
     Perceived,
     Pose2D,
-    PoseEstimate,
 )
 
 JOINTS = "joints"
@@ -82,6 +83,12 @@ class StackArm(Arm):
         timers: stand still while the arm is held.
         plans: of its motions.
         around: what it must not touch.
+
+    Attributes:
+        description: of the arm.
+        links: of the robot.
+        around: what it must not touch.
+        grasps: the last ones that were found, until a block is held.
     """
 
     def __init__(
@@ -91,8 +98,9 @@ class StackArm(Arm):
         assert robot.arm is not None
         self._timer = timers.new()
         self.description: ArmDescription = robot.arm
-        self._now, self._links = now, RobotLinks(robot.links, BASE)
-        self._plans, self._around = plans, around
+        self._now, self.links = now, RobotLinks(robot.links, BASE)
+        self._plans, self.around = plans, around
+        self.grasps: tuple[GraspPlan, ...] = ()
         self._new: JointTrajectory | None = None
         self._stops = False
         self._planning: _Planning | None = None
@@ -116,7 +124,7 @@ class StackArm(Arm):
         in_base = self.tool_in_base
         if in_base is None:
             return None
-        return inverse(self._base_from_link) @ in_base
+        return inverse(self.base_from_link) @ in_base
 
     @property
     def tool_in_base(self) -> FloatArray | None:
@@ -125,38 +133,41 @@ class StackArm(Arm):
         if joints is None:
             return None
         positions = dict(zip(self.joint_names, joints.positions.tolist(), strict=True))
-        return self._links.pose(self.description.tool_link, positions)
+        return self.links.pose(self.description.tool_link, positions)
 
     @property
     def blocks(self) -> Mapping[str, Block]:
         link = inverse(self._odom_from_link)
         return MappingProxyType(
-            {name: _moved(block, link) for name, block in self._around.blocks.items()}
+            {name: _moved(block, link) for name, block in self.around.blocks.items()}
         )
 
     @property
     def held(self) -> Block | None:
         tool = self.tool_pose
-        return None if tool is None else self._around.held_at(tool)
+        return None if tool is None else self.around.held_at(tool)
 
     def box(self, name: str) -> tuple[FloatArray, FloatArray]:
-        return self._around.box(name, self._link_from_map)
+        return self.around.box(name, self._link_from_map)
 
-    def see(self, blocks: Iterable[Block]) -> None:
+    def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
         base = self._odom_from_link
-        self._around.see([_moved(block, base) for block in blocks], self._tool_in_odom)
+        seen, lost = ([_moved(block, base) for block in those] for those in (blocks, gone))
+        found = self.around.see(seen, lost, self._tool_in_odom, base @ self._link_from_map)
+        return tuple(_moved(block, inverse(base)) for block in found)
 
     def hold(self, block: Block, width: float) -> None:
         tool = self._tool_in_odom
         assert tool is not None, "a grasp was measured"
-        self._around.hold(_moved(block, self._odom_from_link), tool, width)
+        self.around.hold(_moved(block, self._odom_from_link), tool, width)
+        self.grasps = ()
 
     def release(self, *, lost: bool = False) -> None:
         tool = self._tool_in_odom
         if lost or tool is None:
-            self._around.lose()
+            self.around.lose()
         else:
-            self._around.release(tool)
+            self.around.release(tool)
 
     @property
     def is_busy(self) -> bool:
@@ -205,7 +216,7 @@ class StackArm(Arm):
         task = PlannedGrasps("look for grasps", self._ended)
 
         def keep(found: tuple[GraspPlan, ...]) -> None:
-            task.grasps = found
+            task.grasps = self.grasps = found
             task.succeed(f"{len(found)} grasps")
 
         self._plan(task, partial(to_grasp, block=self._name_of(block)), keep)
@@ -231,6 +242,11 @@ class StackArm(Arm):
         stops, self._stops = self._stops, False
         return new, stops
 
+    @property
+    def motion(self) -> JointTrajectory | None:
+        """What it moves along now; None while it rests or plans."""
+        return None if self._motion is None else self._motion[1]
+
     def _plan(
         self, task: MotionTask, job: Job[Any], use: Callable[[Any], None] | None = None
     ) -> MotionTask:
@@ -245,7 +261,7 @@ class StackArm(Arm):
         if planning.answer is None:
             stands = joints is not None and np.abs(joints.velocities).max() < AT_REST
             if joints is not None and stands and perceived.motion.twist.stands:
-                scene = self._scene(perceived.estimate)
+                scene = self._scene(perceived)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)
@@ -255,13 +271,14 @@ class StackArm(Arm):
             self._planning = None
             planning.use(answer)
 
-    def _scene(self, estimate: PoseEstimate) -> Scene:
+    def _scene(self, perceived: Perceived) -> Scene:
         """Return what surrounds the arm, in the frame of its base link."""
-        spread = estimate.covariance
+        spread, fingers = perceived.estimate.covariance, perceived.newest(GRIPPER, GripperState)
         place = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
-        return self._around.scene(
-            self._link_from_map, inverse(self._odom_from_link), (place, float(spread[2, 2]) ** 0.5)
-        )
+        return self.around.scene(
+            self._link_from_map, inverse(self._odom_from_link), (place, float(spread[2, 2]) ** 0.5),
+            None if fingers is None else fingers.width,
+        )  # fmt: skip
 
     def _begin_once_standing(self, perceived: Perceived) -> None:
         """Begin a motion that needs no plan if the base stands."""
@@ -275,18 +292,19 @@ class StackArm(Arm):
         self._new, self._stops = trajectory, False
 
     @property
-    def _base_from_link(self) -> FloatArray:
-        return self._links.pose(self.description.base_link, {})
+    def base_from_link(self) -> FloatArray:
+        """Pose (4, 4) of the arm's base link in the base frame, metres."""
+        return self.links.pose(self.description.base_link, {})
 
     @property
     def _link_from_map(self) -> FloatArray:
         """(4, 4) base link <- map."""
-        return inverse(_on_floor(self._now.perceived.estimate.pose) @ self._base_from_link)
+        return inverse(_on_floor(self._now.perceived.estimate.pose) @ self.base_from_link)
 
     @property
     def _odom_from_link(self) -> FloatArray:
         """(4, 4) odom <- base link."""
-        return _on_floor(self._now.perceived.motion.pose) @ self._base_from_link
+        return _on_floor(self._now.perceived.motion.pose) @ self.base_from_link
 
     @property
     def _tool_in_odom(self) -> FloatArray | None:
@@ -296,7 +314,7 @@ class StackArm(Arm):
 
     def _name_of(self, block: Block) -> str:
         """Return the name of a block, base link."""
-        return self._around.name_of(_moved(block, self._odom_from_link))
+        return self.around.name_of(_moved(block, self._odom_from_link))
 
     def _watch(self, task: MotionTask, trajectory: JointTrajectory, perceived: Perceived) -> None:
         joints = perceived.newest(JOINTS, JointState)

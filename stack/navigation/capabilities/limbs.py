@@ -10,17 +10,15 @@ from stack.drivetrain.arm_description import HOME
 from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
 from stack.navigation.capabilities.arm import AT_REST, JOINTS, StackArm
-from stack.navigation.capabilities.gripper import GRIPPER, StackGripper
+from stack.navigation.capabilities.gripper import StackGripper
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.interlock import DriveInterlock
 from stack.navigation.plans.arm_plans import ArmPlans
 from stack.navigation.tasks import MotionTask
 from stack.types import (
-    ArmView,
     CurrentStep,
     Failure,
     GripperCommand,
-    GripperState,
     JointState,
     JointTrajectory,
     Limitation,
@@ -94,21 +92,6 @@ class ArmStage(DriveInterlock):
             return Failure(homing.failure.code, sentence)
         self._homing = self.arm.move_to_posture(HOME)
         return None
-
-    def view(self, perceived: Perceived) -> ArmView | None:
-        """Return what displays show of the arm; None without one, or before its first joints."""
-        joints = perceived.newest(JOINTS, JointState)
-        tool = None if self.arm is None else self.arm.tool_in_base
-        if self.arm is None or joints is None or tool is None:
-            return None
-        limits, gripper = self.arm.description.limits, perceived.newest(GRIPPER, GripperState)
-        fingers = (0.0, 0.0, 0.0)
-        if self.gripper is not None and gripper is not None:
-            fingers = gripper.width, self.gripper.width_max, gripper.force
-        return ArmView(
-            self.arm.joint_names, joints.positions, limits.lower, limits.upper,
-            not self.is_standing(perceived), tool, joints.problem, *fingers,
-        )  # fmt: skip
 
     def is_standing(self, perceived: Perceived) -> bool:
         """Whether all joints stand, by their newest measurement."""

@@ -9,9 +9,12 @@ from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
+from stack.navigation.tasks import Emit
 from stack.parameters import suggestion
 from stack.perception.blocks import BlockDetector
+from stack.perception.calibration_watch import CalibrationWatch
 from stack.perception.camera_lease import CameraLease
+from stack.perception.closer_look import look_closer
 from stack.perception.coloured_objects import ColouredObjectDetector
 from stack.perception.depth.cloud import point_cloud
 from stack.perception.floor_lines import FloorLineDetector
@@ -65,6 +68,8 @@ class StackPerception(Perception):
         lines: on the floor.
         coloured: objects of a colour.
         block_detector: of blocks for an arm.
+        calibration: compares where blocks were shown with where they are.
+        emit: called with (kind, text, level="info", **fields) for each event.
     """
 
     robot: RobotDescription
@@ -79,6 +84,8 @@ class StackPerception(Perception):
     lines: FloorLineDetector
     coloured: ColouredObjectDetector
     block_detector: BlockDetector
+    calibration: CalibrationWatch
+    emit: Emit
 
     @property
     def _perceived(self) -> Perceived:
@@ -172,6 +179,36 @@ class StackPerception(Perception):
         if image is None or depth is None or abs(image.stamp - depth.stamp) > SAME_TIME:
             return None
         return self.block_detector.detect(image, depth)
+
+    @property
+    def hand_camera(self) -> str:
+        cameras = self.robot.depth_cameras.items()
+        return next((name for name, camera in cameras if camera.link), "")
+
+    def look_closer(self, block: Block, since: float) -> Block | None:
+        depth = self._depth_image(self.hand_camera) if self.hand_camera else None
+        if depth is None or depth.stamp < since:
+            return None
+        found = look_closer(block, depth, self.block_detector.base_from_link)
+        if found is not None:
+            self._note_miss(block, found)
+        return found
+
+    def _note_miss(self, block: Block, found: Block) -> None:
+        """Report a systematic error of the camera once it is certain."""
+        watch = self.calibration
+        was_known = watch.offset is not None
+        watch.add(block.pose[:3, 3], found.pose[:3, 3])
+        offset = watch.offset
+        if offset is not None and not was_known:
+            x, y, z = (round(float(value), 4) for value in offset.offset)
+            self.emit(
+                "calibration", str(offset), level="warning", offset=[x, y, z], count=offset.count
+            )
+
+    def is_gone(self, block: Block, camera: str = "") -> bool:
+        depth = self._depth_image(self._depth_camera(camera))
+        return depth is not None and self.block_detector.is_gone(block, depth)
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         found = self.objects.detections(self._perceived.time)

@@ -46,6 +46,10 @@ class Surroundings:
         boxes: that are known and have names, map frame.
         others: known objects that are only avoided, map frame.
         reach: of the arm from its base link, metres.
+
+    Attributes:
+        held: the block in the hand; None: none.
+        version: grows with each change.
     """
 
     def __init__(
@@ -55,21 +59,37 @@ class Surroundings:
         self._others, self._reach = tuple(others), reach
         self._blocks: dict[str, Block] = {}
         self.held: Held | None = None
+        self.version = 1
 
-    def see(self, blocks: Iterable[Block], tool: FloatArray | None) -> None:
-        """Replace the blocks by those that were seen; that in the hand is not among them.
+    def see(
+        self, blocks: Iterable[Block], gone: Iterable[Block], tool: FloatArray | None,
+        odom_from_map: FloatArray,
+    ) -> tuple[Block, ...]:  # fmt: skip
+        """Take what a look around has shown; return the blocks that count.
 
         Args:
-            blocks: all that are there.
+            blocks: that were found; one in the hand, or inside a box, is none.
+            gone: known ones that are not at their places any more; the others may be hidden.
             tool: (4, 4) of the tool, odom frame.
+            odom_from_map: (4, 4) odom <- map.
         """
-        self._blocks = {}
-        for block in blocks:
-            if self.held is not None and tool is not None:
-                carried = tool @ self.held.in_tool
-                if _distance(carried, block.pose) < float(np.linalg.norm(block.size)):
-                    continue
+        held = None if tool is None else self.held_at(tool)
+        boxes = [self.box(name, odom_from_map) for name in self._boxes]
+        found = tuple(
+            block for block in blocks
+            if (held is None or _distance(held.pose, block.pose) >= np.linalg.norm(block.size))
+            and not any(_is_inside(block.pose, *box) for box in boxes)
+        )  # fmt: skip
+        self.version += 1
+        lost = list(gone)
+        self._blocks = {
+            name: known for name, known in self._blocks.items()
+            if not any(_distance(known.pose, block.pose) < SAME for block in lost)
+            and not any(_overlap(known, block) for block in found)
+        }  # fmt: skip
+        for block in found:
             self._blocks[self._new_name(block)] = block
+        return found
 
     def name_of(self, block: Block) -> str:
         """Return the name of a block; one that was not seen before is added."""
@@ -78,6 +98,7 @@ class Surroundings:
                 return name
         name = self._new_name(block)
         self._blocks[name] = block
+        self.version += 1
         return name
 
     def hold(self, block: Block, tool: FloatArray, width: float) -> None:
@@ -85,6 +106,7 @@ class Surroundings:
         name = self.name_of(block)
         self._blocks.pop(name)
         self.held = Held(name, block, inverse(tool) @ block.pose, width)
+        self.version += 1
 
     def held_at(self, tool: FloatArray) -> Block | None:
         """Return the block in the hand where it is with the tool at a pose (4, 4)."""
@@ -96,10 +118,17 @@ class Surroundings:
         block = self.held_at(tool)
         if self.held is not None and block is not None:
             self._blocks[self.held.name], self.held = block, None
+            self.version += 1
 
     def lose(self) -> None:
         """The block in the hand is not there any more."""
         self.held = None
+
+    @property
+    def boxes(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Poses (4, 4), map frame, and sizes (3,) of the known boxes, metres."""
+        every = self._boxes.values()
+        return [(it.pose, np.array(it.shape.size)) for it in every if isinstance(it.shape, Box)]
 
     @property
     def blocks(self) -> Mapping[str, Block]:
@@ -121,7 +150,7 @@ class Surroundings:
 
     def scene(
         self, link_from_map: FloatArray, link_from_odom: FloatArray,
-        deviations: tuple[float, float] = (0.0, 0.0),
+        deviations: tuple[float, float] = (0.0, 0.0), width: float | None = None,
     ) -> Scene:  # fmt: skip
         """Return all that the arm may reach, in the frame of its base link.
 
@@ -129,6 +158,7 @@ class Surroundings:
             link_from_map: (4, 4) base link <- map.
             link_from_odom: (4, 4) base link <- odom.
             deviations: standard deviations of the pose on the map: metres and radians.
+            width: between the fingers, metres; None: open.
         """
         placed = (
             replace(item, pose=link_from_map @ item.pose)
@@ -140,7 +170,7 @@ class Surroundings:
             for name, block in self._blocks.items()
         )
         near = self._reach + SPARE
-        scene = Scene(tuple(item for item in (*known, *seen) if _away(item) < near))
+        scene = Scene(tuple(item for item in (*known, *seen) if _away(item) < near), width=width)
         if self.held is None:
             return scene
         held = _object(self.held.name, self.held.block, self.held.in_tool)
@@ -180,6 +210,19 @@ def _away(item: SceneObject) -> float:
 
 def _distance(one: FloatArray, other: FloatArray) -> float:
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
+
+
+def _is_inside(pose: FloatArray, of: FloatArray, size: FloatArray) -> bool:
+    """Whether the origin of a pose is inside a box, given by pose (4, 4) and size (3,)."""
+    local = (inverse(of) @ pose)[:3, 3]
+    return bool((np.abs(local) <= size / 2.0).all())
+
+
+def _overlap(one: Block, other: Block) -> bool:
+    """Whether the middle of one of two blocks is inside the other."""
+    return _is_inside(one.pose, other.pose, other.size) or _is_inside(
+        other.pose, one.pose, one.size
+    )
 
 
 def _object(name: str, block: Block, pose: FloatArray) -> SceneObject:

@@ -124,7 +124,7 @@ def to_grasp(planner: ArmPlanner, given: PlanInput, *, block: str) -> tuple[Gras
     found = grasps(planner, block, given.scene, given.start, given.generator)
     forward = planner.kinematics.forward
     return tuple(
-        GraspPlan(one.name, one.pre_grasp, one.tool, forward(one.lift[-1]), one.width)
+        GraspPlan(one.name, one.pre_grasp, one.tool, forward(one.lift[-1]), one.width, one.opening)
         for one in found
     )
 

@@ -59,10 +59,18 @@ class Camera:
         """Whether the camera can take a picture now: its rate allows it."""
         return self._losses < MOST_LOSSES and self._schedule.is_due(time)
 
-    def expose(self, time: float, request: RenderRequest) -> None:
-        """Take a picture now; start rendering it."""
+    def expose(
+        self, time: float, request: RenderRequest, described: CameraModel | None = None
+    ) -> None:
+        """Take a picture now; start rendering it.
+
+        Args:
+            time: seconds.
+            request: with the camera where it is.
+            described: the camera that the picture says; None: that which takes it.
+        """
         self._schedule.take(time)
-        self._exposures.append((time, request.camera or self._setup.camera.model))
+        self._exposures.append((time, described or request.camera or self._setup.camera.model))
         try:
             self._renderer.send(request)
         except WorkerError as loss:

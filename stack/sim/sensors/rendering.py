@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.drivetrain.description import DepthCameraDescription
+from stack.drivetrain.description import CameraDescription, DepthCameraDescription
 from stack.geometry.rotations import from_quaternion
 from stack.sim.physics.default import DEFAULT_ENGINE
 from stack.sim.physics.engine import PhysicsEngine
@@ -20,6 +20,7 @@ from stack.sim.sensors.lens import Lens
 from stack.sim.sensors.mirror_views import MirrorViews
 from stack.sim.sensors.pinhole import FLIP, distances, far_plane
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
+from stack.sim.sensors.shading import Shading
 from stack.sim.worlds.world import World
 from stack.streams import stream
 from stack.types import FloatArray
@@ -40,6 +41,8 @@ class CameraRenderer:
         world: World = setup.world
         self._light, faces = world.light, mirror_faces(world)
         self._mirrors = MirrorViews(setup, engine, self._lens.pinhole, faces) if faces else None
+        shaded = world.shadows and isinstance(setup.camera, CameraDescription)
+        self._shading = Shading(setup, self._lens.pinhole) if shaded else None
         self._drawing = engine.renderer(setup, self._lens.pinhole)
 
     @property
@@ -71,6 +74,8 @@ class CameraRenderer:
         """Return colours (height, width, 3) and the depth buffer (height, width)."""
         view = self._view(request)
         colours, depth = self._drawing.draw(request, view)
+        if self._shading is not None:
+            colours = self._shading.darkened(colours, depth, view)
         if self._mirrors is not None:
             colours, depth = self._mirrors.add(colours, depth, request, view)
         return self._lens.seen(colours, smooth=True), self._lens.seen(depth, smooth=False)

@@ -45,6 +45,7 @@ from stack.sim.worlds.world import (
     FloorLine,
     FrictionZone,
     Poster,
+    Shadow,
     Wall,
 )  # fmt: skip
 from stack.types import Marker, wrap_angle
@@ -153,6 +154,12 @@ def drop(reading: Reading, section: Section) -> Drop | None:
     """Read a drop: a rectangle without floor."""
     bounds, values = _rectangle(reading, section, "drop"), fields_of(section, Drop)
     return None if bounds is None else Drop(bounds, **values)
+
+
+def shadow(reading: Reading, section: Section) -> Shadow | None:
+    """Read a shadow: a rectangle between two opposite corners."""
+    bounds, values = _rectangle(reading, section, "shadow"), fields_of(section, Shadow)
+    return None if bounds is None else Shadow(bounds, **values)
 
 
 def line(reading: Reading, section: Section) -> FloorLine | None:

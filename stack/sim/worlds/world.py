@@ -148,6 +148,16 @@ class FrictionZone:
 
 
 @dataclass(frozen=True, slots=True)
+class Shadow:
+    """A rectangle, x_min, y_min, x_max, y_max, in whose column of air things have less light."""
+
+    bounds: tuple[float, float, float, float]
+    light: float = parameter(
+        0.4, at_least=0.0, at_most=1.0, help="share of the world's light; only cameras see it"
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class Drop:
     """A rectangle without floor, such as a stairwell: x_min, y_min, x_max, y_max, and its depth.
 
@@ -382,3 +392,4 @@ class World:
     source: FilePath | None = None
     warnings: tuple[Finding, ...] = ()
     blocks: tuple[Block, ...] = ()
+    shadows: tuple[Shadow, ...] = ()

@@ -41,7 +41,7 @@ KEYS = (
     "world", "walls", "boxes", "blocks", "places", "bounds", "cylinders", "doors", "markers",
     "people",
     "docks", "timeline", "start", "friction", "friction_zones", "drops", "lines", "posters",
-    "floor", "light", "origin", "format", "doc",
+    "floor", "light", "shadows", "origin", "format", "doc",
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
@@ -122,6 +122,7 @@ def read_world(path: Path, text: str | None = None) -> World:
         markers=reading.each(top, "markers", "a marker", items.marker),
         friction_zones=reading.each(top, "friction_zones", "a zone", items.friction_zone),
         drops=reading.each(top, "drops", "a drop", items.drop),
+        shadows=reading.each(top, "shadows", "a shadow", items.shadow),
         lines=reading.each(top, "lines", "a line", items.line),
         posters=reading.each(top, "posters", "a poster", items.poster),
         people=tuple(chain.from_iterable(reading.each(top, "people", "a person", people))),

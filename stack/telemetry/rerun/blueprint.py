@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from stack.telemetry.records import Layer, Snapshot, TreeRow
+from stack.telemetry.records import Layer, RunInfo, Snapshot, TreeRow
 from stack.telemetry.snapshots.format import PICTURES
 from stack.telemetry.tree_text import depths
 from stack.types import CostGrid, OccupancyGrid
+
+Point = tuple[float, float, float]
 
 TIMELINE = "mission_time"
 HELD = "held"
@@ -42,20 +45,26 @@ def pictures_of(snapshot: Snapshot) -> frozenset[str]:
     )
 
 
-def layout(snapshot: Snapshot, pictures: frozenset[str]) -> rrb.Blueprint:
+def layout(snapshot: Snapshot, info: RunInfo, pictures: frozenset[str]) -> rrb.Blueprint:
     """Blueprint with world, pictures of these cameras, tree, states, plots and log."""
     shown = [_picture(name, name.capitalize()) for name in sorted(pictures)]
-    side = rrb.Vertical(*shown, _tree(), row_shares=[*(4 / len(shown) for _ in shown), 6])
-    top = rrb.Horizontal(_world(snapshot), side, column_shares=[5, 2])
-    curves = rrb.Horizontal(
-        _curves("speed", "Speed m/s"),
-        _curves("error", "Localisation error m"),
-        _curves("health", "Localisation health, battery", (0.0, 1.02)),
-        rrb.TextLogView(origin="log", name="Log"),
-        column_shares=[2, 2, 2, 3],
-    )
+    pictures_share = 4 if info.drives else 6
+    shares = [*(pictures_share / len(shown) for _ in shown), 10 - pictures_share]
+    side = rrb.Vertical(*shown, _tree(), row_shares=shares)
+    top = rrb.Horizontal(_world(snapshot, info), side, column_shares=[5, 2])
+    curves = []
+    if info.drives:
+        curves += [
+            _curves("speed", "Speed m/s"),
+            _curves("error", "Localisation error m"),
+            _curves("health", "Localisation health, battery", (0.0, 1.02)),
+        ]
+    if snapshot.arm is not None:
+        curves += [_curves("joints", "Joints rad/s"), _curves("fingers", "Fingers")]
+    log = rrb.TextLogView(origin="log", name="Log")
+    bottom = rrb.Horizontal(*curves, log, column_shares=[*(2 for _ in curves), 3])
     return rrb.Blueprint(
-        rrb.Vertical(top, _states(snapshot), curves, row_shares=[5.2, 2.9, 2.1]),
+        rrb.Vertical(top, _states(snapshot), bottom, row_shares=[5.2, 2.9, 2.1]),
         rrb.TimePanel(state="collapsed", timeline=TIMELINE),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
@@ -64,10 +73,9 @@ def layout(snapshot: Snapshot, pictures: frozenset[str]) -> rrb.Blueprint:
     )
 
 
-def _world(snapshot: Snapshot) -> rrb.Spatial3DView:
-    middle, extent = _middle_and_extent(snapshot)
-    eye = (middle[0], middle[1] - 0.56 * extent, 0.66 * extent)
-    target = (middle[0], middle[1] - 0.07 * extent, 0.0)
+def _world(snapshot: Snapshot, info: RunInfo) -> rrb.Spatial3DView:
+    eye, target = _eye(snapshot) if info.drives else _eye_at_arm(snapshot)
+    hidden = [f"- world/{name}/**" for name in PICTURES]  # they would cover what is on the table
     everything = rr.VisibleTimeRange(
         TIMELINE,
         start=rr.TimeRangeBoundary.infinite(),
@@ -76,7 +84,7 @@ def _world(snapshot: Snapshot) -> rrb.Spatial3DView:
     overrides: dict[Any, Any] = {"world/trail": rrb.VisibleTimeRanges([everything])}
     return rrb.Spatial3DView(
         origin="world",
-        contents=["world/**"],
+        contents=["world/**", *([] if info.drives else hidden)],
         name="World",
         background=BACKGROUND,
         line_grid=rrb.LineGrid3D(visible=False),
@@ -117,6 +125,19 @@ def _curves(name: str, title: str, limits: tuple[float, float] | None = None) ->
         axis_y=axis,
         plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
     )
+
+
+def _eye(snapshot: Snapshot) -> tuple[Point, Point]:
+    """Eye and target that show the map."""
+    (x, y), extent = _middle_and_extent(snapshot)
+    return (x, y - 0.56 * extent, 0.66 * extent), (x, y - 0.07 * extent, 0.0)
+
+
+def _eye_at_arm(snapshot: Snapshot) -> tuple[Point, Point]:
+    """Eye and target that show an arm and what it reaches."""
+    pose = snapshot.pose
+    ahead = pose.transform(np.array([[0.35, 0.0], [1.2, -0.9]]))
+    return (ahead[1, 0], ahead[1, 1], 1.55), (ahead[0, 0], ahead[0, 1], 0.75)
 
 
 def _middle_and_extent(snapshot: Snapshot) -> tuple[tuple[float, float], float]:

@@ -11,6 +11,7 @@ import rerun as rr
 
 from stack.telemetry.outlines import at_height, largest_variance, outline, uncertainty_ellipse
 from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot, TreeRow
+from stack.telemetry.rerun.arm import ArmDrawing
 from stack.telemetry.rerun.blueprint import HELD, layout, node_path
 from stack.telemetry.rerun.grids import GridDrawing, WindowDrawing
 from stack.telemetry.rerun.localisation import PARTICLE_COLOUR, SCAN_COLOUR, localisation_constants
@@ -24,7 +25,7 @@ from stack.telemetry.rerun.place import (
 )
 from stack.telemetry.rerun.recording import BASE, MAP, TRUTH, Recording
 from stack.telemetry.tree_text import NOTHING, tree_markdown
-from stack.types import FloatArray, Footprint, ParameterTable, Path, Pose2D, TrackedObject
+from stack.types import ArmView, FloatArray, Footprint, ParameterTable, Path, Pose2D, TrackedObject
 
 Colour = tuple[int, int, int]
 
@@ -82,10 +83,11 @@ class RerunDrawing:
         self._held: dict[str, Colour] = {}
         self._causes: set[tuple[str, str]] = set()
         self._changed = 0.0
+        self._arm: ArmDrawing | None = None
 
     def static_entities(self) -> None:
         """Draw robot model, markers, places and the legends of the plots."""
-        draw_robot_model(self._recording, self._info)
+        self._arm = ArmDrawing(self._recording, draw_robot_model(self._recording, self._info))
         draw_markers(self._recording, self._info.markers)
         draw_places(self._recording, self._info)
         self._constants()
@@ -94,12 +96,14 @@ class RerunDrawing:
         self._legend("turning", motion)
         self._legend("error", {"error": SCAN_COLOUR, "standard deviation": ROBOT_COLOUR})
         self._legend("health", {"localisation": ROBOT_COLOUR, "battery": PATH_COLOUR})
+        self._legend("joints", {"fastest": PATH_COLOUR})
+        self._legend("fingers", {"width mm": ROBOT_COLOUR, "force N": GOAL_COLOUR})
         states = {str(state): MISSION_COLOURS[state] for state in MissionState}
         self._states("mission", states)
 
     def send_blueprint(self, snapshot: Snapshot, pictures: frozenset[str]) -> None:
         """Send the layout of the views and the viewpoint for this mission."""
-        self._recording.stream.send_blueprint(layout(snapshot, pictures))
+        self._recording.stream.send_blueprint(layout(snapshot, self._info, pictures))
 
     def event(self, event: Event) -> None:
         """Log the text of an event."""
@@ -161,6 +165,11 @@ class RerunDrawing:
                 self._has_truth = True
                 self._outline("world/true_outline", TRUTH, TRUTH_COLOUR)
         self._extend_trail(truth or pose)
+
+    def arm(self, arm: ArmView) -> None:
+        """Draw the arm."""
+        if self._arm is not None:
+            self._arm.draw(arm)
 
     def moving(self, snapshot: Snapshot) -> None:
         """Draw people and tracks."""

@@ -10,22 +10,29 @@ from xml.etree import ElementTree
 import rerun as rr
 from rerun.urdf import UrdfTree
 
-from stack.telemetry.records import RunInfo, SceneShape
+from stack.telemetry.records import AROUND_ARM, RunInfo, SceneShape
 from stack.telemetry.rerun.recording import BASE, UP, Recording
 from stack.types import Marker
 
 MODEL_COLOUR = (94, 200, 255)
 MARKER_COLOUR = (186, 192, 200)
 PLACE_COLOUR = (120, 136, 160)
+WIRE = 0.003
+"""Thickness of the edges of what an arm knows, metres."""
+
 DIMMED = 0.62
 """Factor on the brightness of scene shapes, so that data stay visible."""
 
 
-def draw_robot_model(recording: Recording, info: RunInfo) -> None:
-    """Draw the URDF's visual shapes in the frames of its links; without a URDF, a box."""
+def draw_robot_model(recording: Recording, info: RunInfo) -> UrdfTree | None:
+    """Draw the URDF's visual shapes in the frames of its links; without a URDF, a box.
+
+    Returns:
+        The URDF; None without one.
+    """
     if not info.urdf:
         _draw_robot_box(recording, info)
-        return
+        return None
     robot = ElementTree.fromstring(info.urdf)
     for link in robot.iter("link"):
         for collision in link.findall("collision"):
@@ -39,6 +46,7 @@ def draw_robot_model(recording: Recording, info: RunInfo) -> None:
         tree.log_urdf_to_recording(recording.stream)
     root = rr.Transform3D(parent_frame=BASE, child_frame=tree.root_link().name)
     recording.stream.log("world/robot_root", root, static=True)
+    return tree
 
 
 def _draw_robot_box(recording: Recording, info: RunInfo) -> None:
@@ -83,7 +91,12 @@ def draw_places(recording: Recording, info: RunInfo) -> None:
 
 
 def draw_scene(recording: Recording, name: str, shapes: tuple[SceneShape, ...]) -> None:
-    """Draw the shapes of a scene."""
+    """Draw the shapes of a scene; those that an arm knows as wires, over the true ones."""
+    if name == AROUND_ARM:
+        path, wires = f"world/{name}/boxes", {"fill_mode": "majorwireframe", "radii": WIRE}
+        sizes = [shape.size for shape in shapes]
+        recording.show(path, rr.Boxes3D(sizes=sizes, **(_common_attributes([*shapes]) | wires)))
+        return
     _draw_boxes(recording, f"world/{name}/boxes", shapes)
     _draw_cylinders(recording, f"world/{name}/cylinders", shapes)
 

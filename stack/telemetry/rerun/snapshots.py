@@ -53,6 +53,8 @@ class SnapshotDrawing:
         drawing = self._drawing
         self._recording.at(snapshot.time)
         drawing.robot(snapshot)
+        if snapshot.arm is not None:
+            drawing.arm(snapshot.arm)
         drawing.moving(snapshot)
         drawing.plots(snapshot)
         self._draw_sensors(snapshot)

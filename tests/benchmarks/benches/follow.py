@@ -132,7 +132,7 @@ def run_entry(entry: RobotEntry, picture: Path) -> FollowRow:
         mean_gap=round(float(np.mean(recorder.gaps or [inf])), 3),
         largest_gap=round(max(recorder.gaps, default=inf), 3),
         lost=int(report.blackboard.get("lost", "0")), time=round(report.simulated_seconds, 2),
-        driven=round(report.distance_m, 2),
+        driven=round(report.distance_m or 0.0, 2),
     )  # fmt: skip
 
 

@@ -20,8 +20,7 @@ def line(begin, step, seconds):
 class SwingArm(Behaviour):
     """Move the arm by STEP."""
 
-    needs = ("arm",)
-    takes_time = True
+    claims = ("arm",)
     share: float = port("of the step", default=1.0)
     seconds: float = port("duration", unit="s", default=2.0)
 
@@ -36,8 +35,7 @@ class SwingArm(Behaviour):
 class MoveFingers(Behaviour):
     """Move the fingers to a width."""
 
-    needs = ("gripper",)
-    takes_time = True
+    claims = ("gripper",)
     width: float = port("between the fingers", unit="m")
 
     def initialise(self) -> None:

@@ -39,7 +39,7 @@ from stack.types import Twist
 class Sway(RobotBehaviour):
     """Drive back for a second, by its own control loop."""
 
-    uses_wheels = True
+    claims = ("base",)
 
     def initialise(self):
         self._timer = self.start_timer()

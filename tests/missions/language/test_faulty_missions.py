@@ -332,6 +332,8 @@ FILES = [
     ("run: {parallel: [{spin: 90 deg}, {sequence: [{back_up: {}}]}]}", "E162 1:35"),
     ("run: {parallel: [{use: t}, {spin: 90 deg, retry: 2}]}\ntrees: {t: {do: {spin: 90 deg}}}",
      "E162 1:29"),
+    ("run: {parallel: [{home_arm: {}}, {pick: {}}]}", "E162 1:35"),
+    ("run: {parallel: [{close_gripper: {}}, {sequence: [{pick: {}}]}]}", "E162 1:40"),
     ("run: {switch: fast}", "E170 1:15"),
     ("run: {switch: {cases: {a: {act: a}}}}", "E170 1:7"),
     ("run: {switch: {value: error, case: {}, cases: {LOST: {act: a}}}}", "E154 1:23", "E170 1:30"),

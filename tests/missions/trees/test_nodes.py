@@ -75,7 +75,7 @@ def test_nodes_without_motion_are_halted_within_the_tick_before_later_children(r
 
 
 def test_a_plain_class_that_is_run_again_does_not_halt_the_drive(run):
-    """It has no `uses_wheels`, so it does not move the robot."""
+    """It has no `claims`, so it does not move the robot."""
     it = run("run: {reactive: [{py_trees.behaviours.Success: {}}, {drive: work}]}")
     it.robot.answers["work"] = "r"
     assert it.ticks(3) == ["work starts"]

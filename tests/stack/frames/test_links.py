@@ -13,6 +13,7 @@ from stack.frames.joint_history import JointHistory
 from stack.frames.links import RobotLinks
 from stack.frames.tree import FrameTree, lifted
 from stack.types import JointState, LinkJoint, Pose2D
+from tests.benchmarks.frame_lookup import run as lookup_times
 
 PANDA = read_robot(find_robot("panda_table", Path()))
 ARM, JOINTS = PANDA.arm, PANDA.arm.all_joints
@@ -130,3 +131,7 @@ def test_a_frame_that_is_added_later_is_found():
 def test_an_unknown_link_is_refused_with_the_known_ones():
     with pytest.raises(FrameError, match="the robot has no link 'arm'; known: base, panda_link0"):
         RobotLinks(PANDA.links, "base").pose("arm", {})
+
+
+def test_the_bench_of_lookups_measures_both_pairs():
+    assert [row["lookup"] for row in lookup_times(series=1)] == ["base to hand", "link to link"]

@@ -8,7 +8,7 @@ import pytest
 from stack.errors import NavigationError
 from stack.geometry.rotations import from_angles
 from stack.manipulation.collisions import Collisions
-from stack.manipulation.grasps import APPROACH, LIFT, candidates, grasps
+from stack.manipulation.grasps import APPROACH, LIFT, PAD, SHALLOW, candidates, grasps
 from stack.manipulation.planner import ArmPlanner
 from stack.manipulation.scene import Box, Scene, SceneObject, Sphere
 from stack.types import FailureCode
@@ -128,3 +128,29 @@ def test_what_is_no_block():
     with pytest.raises(NavigationError, match="no object 'block'") as caught:
         found()
     assert caught.value.failure.code == FailureCode.OBJECT_NOT_FOUND
+
+
+def test_a_cube_between_higher_blocks_is_grasped_near_its_top_with_little_opened_fingers():
+    """The hand is some 4 cm above the tool: in the middle of 5 cm it would touch blocks of 8 cm.
+
+    Open fingers reach 1 cm farther than those that are opened for a cube of 5 cm.
+    """
+    high = (0.04, 0.04, 0.08)
+    beside = [block(high, y=y, yaw=0.0, name=f"beside {y}") for y in (0.045, 0.155)]
+    before = block(high, x=0.582, yaw=0.0, name="before")
+    first = found(block((0.05, 0.05, 0.05), yaw=0.0), *beside, before)[0]
+    assert first.name == "from above, fingers along x"
+    assert first.tool[2, 3] == pytest.approx(0.05 - SHALLOW)
+    assert first.opening == pytest.approx(0.06)
+    alone = found(block((0.05, 0.05, 0.05), yaw=0.0))[0]
+    assert alone.tool[2, 3] == pytest.approx(0.025) and alone.opening == pytest.approx(0.08)
+
+
+def test_a_long_block_at_a_high_one_is_grasped_at_its_free_end():
+    """Over its middle the hand, 20 cm long along the fingers, would touch the block of 8 cm."""
+    flat = block((0.08, 0.03, 0.04), yaw=0.0)
+    high = block((0.04, 0.04, 0.08), x=0.53, y=0.165, yaw=0.0, name="high")
+    first = found(flat, high)[0]
+    assert first.name == "from above, fingers along y"
+    assert first.tool[0, 3] == pytest.approx(0.5 - (0.04 - PAD))
+    assert found(flat)[0].tool[0, 3] == pytest.approx(0.5)

@@ -17,6 +17,7 @@ from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.live_parameters import LiveParameters
 from stack.navigation.plans.arm_plans import ArmPlans
 from stack.perception.blocks import BlockDetector
+from stack.perception.calibration_watch import CalibrationWatch
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
@@ -139,7 +140,7 @@ class Rig:
             robot=world.robot, now=toy.now, frames=world.frames, estimator=self.estimator,
             camera=self.camera, depth_camera=CameraLease(), objects=None, places=None,
             detector=self.detector, lines=None, coloured=None,
-            block_detector=BlockDetector(np.eye(4)),
+            block_detector=BlockDetector(np.eye(4)), calibration=CalibrationWatch(), emit=toy.emit,
         )  # fmt: skip
         plans = ArmPlans(world.robot, 0, print, is_real_time=False)
         self.robot = StackRobot(

@@ -224,3 +224,22 @@ def test_points_without_a_level_plane_have_none():
     assert level_plane(random.uniform(-0.2, 0.2, (500, 3))) is None  # no plane
     wall = random.uniform(-0.2, 0.2, (500, 3)) * [0.0, 1.0, 1.0]
     assert level_plane(wall) is None
+
+
+def test_a_place_that_is_seen_empty_is_told_from_one_that_is_hidden():
+    """The camera on the mast looks towards the arm: a high block hides what is behind it."""
+    sizes = {"red": (0.04, 0.04, 0.03), "green": (0.05, 0.08, 0.12)}
+    scene, detector = on_bench(sizes), BlockDetector(BASE_FROM_LINK)
+    low, away = (standing(x, y, 0.0, sizes["red"]) for x, y in ((0.45, 0.0), (0.6, 0.4)))
+    beside, before = (standing(x, y, 0.0, sizes["green"]) for x, y in ((0.45, -0.3), (0.512, 0.0)))
+    try:
+        colour, depth = scene.pictures([low, beside])
+        [red] = [it for it in detector.detect(colour, depth) if it.colour == "red"]
+        assert not detector.is_gone(red, depth)
+        assert detector.is_gone(red, scene.pictures([away, beside])[1])
+        hidden = scene.pictures([low, before])
+        assert [it.colour for it in detector.detect(*hidden)] == ["green"]
+        assert not detector.is_gone(red, hidden[1])
+        assert not detector.is_gone(red, scene.pictures([away, before])[1]), "nobody sees that"
+    finally:
+        scene.close()

@@ -17,7 +17,7 @@ from stack.patience import Patience
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.rendering import CameraRenderer
 from stack.sim.sensors.requests import RenderRequest, RenderSetup
-from stack.sim.worlds.world import Box, Door, Person, Wall
+from stack.sim.worlds.world import Box, Door, Person, Shadow, Wall
 from stack.types import Marker, Pose2D
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, ROVER
 
@@ -299,3 +299,21 @@ def test_glass_tints_colours_and_not_depths():
     depth = DepthCameraDescription(CAMERA.model, noise=0.0, dropout=0.0)
     seen = picture(alone, world=replace(world, walls=(pane,)), camera=depth)
     assert (seen == picture(alone, world=world, camera=depth)).all()
+
+
+def test_a_shadow_darkens_what_stands_in_it_and_nothing_else():
+    bright = picture()
+    shaded = picture(world=replace(WORLD, shadows=(Shadow((1.6, 0.0, 2.0, 0.6), 0.5),)))
+    half = np.abs(shaded - np.rint(0.5 * bright)) <= 1.0
+    same = shaded == bright
+    assert (half | same).all()
+    # The box of WORLD faces the camera at x = 1.65 m, from y = -0.3 to 0.5 m, beside the marker.
+    optical = np.linalg.inv(CAMERA.model.base_from_optical())
+    points = np.array([(1.65, 0.4, 0.3), (1.65, -0.2, 0.3)])
+    pixels = CAMERA.model.project(points @ optical[:3, :3].T + optical[:3, 3])
+    (in_shadow, row), (lit, _) = np.floor(pixels).astype(int)
+    assert half[row, in_shadow].all() and not same[row, in_shadow].any()
+    assert same[row, lit].all() and not half[row, lit].any()
+    depth = DepthCameraDescription(CAMERA.model)
+    world = replace(WORLD, shadows=(Shadow((-9.0, -9.0, 9.0, 9.0), 0.0),))
+    assert np.array_equal(picture(camera=depth), picture(camera=depth, world=world))

@@ -15,7 +15,7 @@ from stack.errors import InputError
 from stack.mavlink.origin import GeoOrigin
 from stack.sim.worlds.outlines import Rectangle
 from stack.sim.worlds.rasterise import rasterise
-from stack.sim.worlds.world import Dock, Drop, Push, Trigger, Wall, WorldEvent
+from stack.sim.worlds.world import Dock, Drop, Push, Shadow, Trigger, Wall, WorldEvent
 from stack.sim.worlds.world_file import find_world, read_world
 from stack.types import FREE, OCCUPIED, Pose2D
 
@@ -82,6 +82,7 @@ friction_zones: [{from: [2, 2], to: [1, 1], friction: 0.3}]
 people: [{name: Ada, waypoints: [[1, 2], [3, 2]], pause: 1 s, start: 0.5}]
 docks: [{at: [1, 1]}]
 light: 0.4
+shadows: [{from: [1, 1], to: [0, 2], light: 0.3}, {from: [2, 1], to: [3, 2]}]
 lines: [{points: [[1, 1], [3, 1], [3, 2]], width: 3 cm, colour: [1, 0, 0]}]
 timeline:
   - {when: {time: 20 s}, close_door: front}
@@ -100,6 +101,7 @@ timeline:
     assert world.doors[0].closed and world.doors[0].end == (0.0, 2.0)
     assert world.markers[0].heading == pi and world.markers[0].dictionary == "DICT_4X4_50"
     assert world.friction_zones[0].bounds == (1, 1, 2, 2)
+    assert world.shadows == (Shadow((0, 1, 1, 2), 0.3), Shadow((2, 1, 3, 2), 0.4))
     assert world.lines[0].points.tolist() == [[1, 1], [3, 1], [3, 2]] and world.light == 0.4
     assert world.lines[0].width == pytest.approx(0.03) and world.lines[0].colour == (1, 0, 0)
     assert world.people[0].waypoints.shape == (2, 2) and world.people[0].start == 0.5
