@@ -23,6 +23,9 @@ from typing import Any
 from stack.errors import TreepilotError, WorkerError, exception_sentence
 from stack.patience import Patience
 
+NO_PROCESS = ["X", *"0" * 12]
+"""The state of a process that has ended."""
+
 ENDS_WITHIN = 1.0
 """Wall seconds that a process may take to end after it has closed its end of the pipe."""
 
@@ -46,6 +49,7 @@ class Worker:
         self._pipe: Connection | None = None
         self._patience = Patience(self._computed)
         self._failure: WorkerError | None = None
+        self._killed = ""
 
     def send(self, request: Any) -> None:
         """Send a request; start the process with the first one.
@@ -58,6 +62,8 @@ class Worker:
         try:
             if self._pipe is None:
                 self._process, self._pipe = _start_child()
+                if self._killed:
+                    raise BrokenPipeError
                 self._pipe.send((self._target, self._setup))
             self._patience.begin()
             self._pipe.send(request)
@@ -102,6 +108,21 @@ class Worker:
             raise self._fail(WorkerError(f"{self._name} failed: {answer.sentence}", answer.refusal))
         return answer
 
+    @property
+    def is_suspended(self) -> bool:
+        """Whether a signal has stopped the process: it does nothing until another one comes."""
+        return self._stat()[0] == "T"
+
+    def kill(self, why: str) -> None:
+        """End the process while another thread waits for its answer; that fails with a reason.
+
+        Args:
+            why: after the name of the worker: `is suspended`.
+        """
+        self._killed = why
+        if self._process is not None:
+            self._process.kill()
+
     def close(self) -> None:
         """Close the pipe and end the process, whatever it does. Safe to call twice."""
         if self._pipe is not None:
@@ -110,17 +131,23 @@ class Worker:
             self._process.kill()
             self._process.wait()
         self._pipe = self._process = self._failure = None
+        self._killed = ""
 
     def _computed(self) -> float:
-        """Processor time of the process, seconds (proc(5), `stat`)."""
-        if self._process is None:
-            return 0.0
-        try:
-            stat = Path(f"/proc/{self._process.pid}/stat").read_text()
-        except OSError:
-            return 0.0  # it has ended
-        user, system = stat.rpartition(")")[2].split()[11:13]
+        """Processor time of the process, seconds."""
+        user, system = self._stat()[11:13]
         return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+    def _stat(self) -> list[str]:
+        """Return the state of the process and what follows it in proc(5), `stat`."""
+        process = self._process
+        if process is None:
+            return NO_PROCESS
+        try:
+            stat = Path(f"/proc/{process.pid}/stat").read_text()
+        except OSError:
+            return NO_PROCESS  # it has ended
+        return stat.rpartition(")")[2].split()
 
     def _lost(self, error: Exception) -> WorkerError:
         """Return what became of the process."""
@@ -133,6 +160,8 @@ class Worker:
             code = self._process.wait(ENDS_WITHIN)
         except subprocess.TimeoutExpired:
             return self._fail(WorkerError(f"{self._name} no longer answers"))
+        if self._killed:
+            return self._fail(WorkerError(f"{self._name} {self._killed}"))
         how = f"was killed ({_signal_name(-code)})" if code < 0 else f"ended with exit code {code}"
         return self._fail(WorkerError(f"{self._name} {how}"))
 

@@ -4,7 +4,7 @@ A test follows one page from top to bottom in a folder of its own, as a reader w
 
 * `python` with `file=NAME` is saved as NAME. Tests among these files pass; the others load as
   plugins. Other `python` blocks are executed.
-* `yaml` is read by its first key: `mission`, `world` or `robot` is a whole file and has no
+* `yaml` is read by its first key: `mission`, `world`, `robot` or `runs` is a whole file and has no
   findings. Anything else is a snippet: its keys complete the page's mission, a list of nodes is a
   `run`. A snippet without `run` stays in force for the rest of the page. Cases under `tests` pass.
 * `sh` lines are executed. OPTIONS and PARSED_ONLY say which `treepilot` lines are shortened. The
@@ -105,6 +105,7 @@ PARSED_ONLY = {
     "lsp": "serves until its input ends",
     "calibrate": "needs pictures of a printed board",
     "jitter": "takes two minutes",
+    "sweep": "takes hundreds of runs",
 }
 """Commands whose words and options are checked but not carried out."""
 
@@ -201,6 +202,10 @@ class Follower:
             assert findings(self.folder / "my_world.yaml") == []
         elif key == "robot":
             self.robot(block)
+        elif key == "runs":
+            (self.folder / "my_sweep.yaml").write_text(block.text, "utf-8")
+            command = ["sweep", str(self.folder / "my_sweep.yaml"), "--dry-run"]
+            assert CliRunner().invoke(app, command, catch_exceptions=False).exit_code == 0
         elif key == "body":
             self.robot_part(block)
         elif key == "markers":

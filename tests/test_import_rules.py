@@ -124,6 +124,9 @@ MAY_IMPORT = {
     },
     "missions.bench": {"missions.execution", "missions.map_picture", "stack"},
     "missions.tuning": {"missions.execution", "missions.bench", "stack"},
+    "missions.sweeps": {
+        "missions.execution", "missions.inspection", "missions.bench", "robots", "stack",
+    },
     "missions.editor": {
         "missions.execution", "missions.inspection", "missions.language", "behaviours", "robots",
         "stack",
@@ -142,7 +145,7 @@ ONE_PLACE = {
     "moderngl": {"stack/sim/sensors"},
     "rerun": {"stack/telemetry"},
     "foxglove": {"stack/telemetry/foxglove"},
-    "pyarrow": {"stack/telemetry/rerun"},
+    "pyarrow": {"stack/telemetry/rerun", "missions/sweeps"},
     "can": {"robots/motors"},
     "pymavlink": {"stack/mavlink", "stack/telemetry", "robots"},
     "zmq": {"stack/telemetry"},

@@ -22,9 +22,10 @@ from tests.missions.shipped import ARGUMENTS, check_success
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 WORDS = "run --headless --speed max --seed 1 --out".split()
-EXTRAS = dict.fromkeys(
-    ("50_pick_the_red_block", "51_sort_by_colour", "52_stack_three", "53_fetch"), "arm"
-)
+EXTRAS = {
+    "50_pick_the_red_block": "arm", "51_sort_by_colour": "arm", "52_stack_three": "arm",
+    "53_fetch": "arm",
+}  # fmt: skip
 """Missions that need an extra, and which."""
 
 OWN = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}

@@ -1,4 +1,6 @@
-"""Runs of a table in several processes; one that dies or hangs loses only its own run.
+"""Runs in several long-lived processes; one that dies or hangs loses only its own run.
+
+The processes end with this one, however that ends: the system kills them (prctl(2), PDEATHSIG).
 
 `multiprocessing.Pool` waits forever for a run whose process has died. `ProcessPoolExecutor` loses
 all runs with it, and cannot be stopped while one is computing.
@@ -6,11 +8,14 @@ all runs with it, and cannot be stopped while one is computing.
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
+import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -18,6 +23,13 @@ from time import perf_counter
 from typing import Any, TypeVar
 
 E = TypeVar("E")
+
+Alive = Callable[[], None]
+"""What a run calls after each step that gets it further."""
+
+Start = Callable[[Alive], Callable[[E], Any]]
+"""Called once in each process, with what tells that a run gets on; returns what makes the runs.
+It can be pickled."""
 
 LONGEST_RUN = 4.0 * 3600.0
 """Wall seconds after which a run counts as hung: far more than the slowest run of a bench takes."""
@@ -28,6 +40,12 @@ STDERR = 2
 LONGEST_END = 10.0
 """Wall seconds that a process may take to end."""
 
+LOOKS = 2.0
+"""Wall seconds between two looks at the processes."""
+
+PR_SET_PDEATHSIG = 1
+"""Of prctl(2): the signal that a process gets when its parent ends."""
+
 
 @dataclass(frozen=True, slots=True)
 class ProcessEnded:
@@ -35,44 +53,53 @@ class ProcessEnded:
 
     Attributes:
         reason: a sentence.
+        hung: whether it was ended because the run did not get on.
+        killed: whether somebody else killed it, such as the system for want of memory.
     """
 
     reason: str
+    hung: bool = False
+    killed: bool = False
 
 
 class _Worker:
     """A process that makes runs, one at a time."""
 
-    def __init__(self, make: Callable[[Any], Any]) -> None:
+    def __init__(self, start: Start[Any], silence: float) -> None:
         context = get_context("spawn")
         self.connection, theirs = context.Pipe()
-        self.process: BaseProcess = context.Process(target=_serve, args=(theirs, make), daemon=True)
+        self._silence, self._heard = silence, context.RawValue("d", 0.0)
+        arguments = theirs, start, self._heard, os.getpid()
+        self.process: BaseProcess = context.Process(target=_serve, args=arguments, daemon=True)
         self.process.start()
         theirs.close()
         self.entry: Any = None
-        self.given, self._due = 0, 0.0
+        self.given, self._began = 0, 0.0
 
     @property
     def left(self) -> float:
         """Wall seconds until the run counts as hung; 0 afterwards."""
-        return max(0.0, self._due - perf_counter())
+        # The clock of the processes is one: CLOCK_MONOTONIC.
+        heard: float = self._heard.value
+        return max(0.0, max(self._began, heard) + self._silence - perf_counter())
 
     def give(self, entry: Any) -> None:
         """Start a run."""
         self.entry, self.given = entry, self.given + 1
-        self._due = perf_counter() + LONGEST_RUN
+        self._began = perf_counter()
         with suppress(OSError):  # the process has died; `result` says so
             self.connection.send(entry)
 
     def result(self) -> Any:
         """Return the result of the run, an exception of it, or ProcessEnded."""
         if not self.connection.poll():
-            return ProcessEnded(f"hung: no result after {LONGEST_RUN / 3600.0:g} h")
+            return ProcessEnded(f"hung: {_silent_for(self._silence)}", hung=True)
         try:
             return self.connection.recv()
         except (EOFError, OSError):
             self.process.join(LONGEST_END)
-            return ProcessEnded(_reason(self.process.exitcode))
+            code = self.process.exitcode
+            return ProcessEnded(_reason(code), killed=code == -signal.SIGKILL)
 
     def end(self) -> None:
         """End the process, whatever it does."""
@@ -81,35 +108,50 @@ class _Worker:
         self.connection.close()
 
 
-def results(
-    make: Callable[[E], Any], entries: Sequence[E], jobs: int, runs_per_process: int
-) -> Iterator[tuple[E, Any]]:
-    """Yield entries with what `make` returned for them, in the order in which the runs finish.
+def results(  # noqa: PLR0913 - the optional ones by keyword
+    start: Start[E], entries: Iterable[E], jobs: int, runs_per_process: int, *,
+    silence: float | None = None, looked: Callable[[], None] = lambda: None,
+) -> Iterator[tuple[E, Any]]:  # fmt: skip
+    """Yield entries with what was made of them, in the order in which the runs finish.
+
+    Exceptions of a run are yielded as well, and ProcessEnded instead of what a process that has
+    ended or hangs would have made.
 
     Args:
-        make: a function that can be pickled. Instead of its exceptions, which are yielded as well,
-            or of a process that ends, nothing is raised.
-        entries: arguments.
+        start: of each process.
+        entries: arguments, taken when a process is free.
         jobs: number of processes.
         runs_per_process: a process is replaced after so many runs.
+        silence: wall seconds after which a run counts as hung since it began or was alive; None:
+            LONGEST_RUN.
+        looked: called every LOOKS seconds.
     """
-    waiting = list(reversed(entries))
+    waiting = iter(entries)
+    silence = LONGEST_RUN if silence is None else silence
     workers: list[_Worker] = []
+    following: list[E] = list(islice(waiting, 1))
+
+    def employ(worker: _Worker) -> None:
+        worker.give(following.pop())
+        following.extend(islice(waiting, 1))
+
     try:
-        while waiting or workers:
-            while waiting and len(workers) < jobs:
-                workers.append(_Worker(make))
-                workers[-1].give(waiting.pop())
-            wait([worker.connection for worker in workers], min(worker.left for worker in workers))
+        while following or workers:
+            while following and len(workers) < jobs:
+                workers.append(_Worker(start, silence))
+                employ(workers[-1])
+            left = min(worker.left for worker in workers)
+            wait([worker.connection for worker in workers], min(left, LOOKS))
+            looked()
             for worker in [one for one in workers if one.connection.poll() or not one.left]:
-                result = worker.result()
-                yield worker.entry, result
+                entry, result = worker.entry, worker.result()
                 over = isinstance(result, ProcessEnded) or worker.given >= runs_per_process
-                if over or not waiting:
+                if over or not following:
                     worker.end()
                     workers.remove(worker)
                 else:
-                    worker.give(waiting.pop())
+                    employ(worker)
+                yield entry, result
     finally:
         for worker in workers:
             worker.end()
@@ -125,10 +167,18 @@ def bounded() -> Iterator[None]:
         faulthandler.cancel_dump_traceback_later()
 
 
-def _serve(connection: Connection, make: Callable[[Any], Any]) -> None:
+def _serve(connection: Connection, start: Start[Any], heard: ctypes.c_double, parent: int) -> None:
     """Make runs until the parent ends."""
     # ctrl+C reaches every process of a terminal: the parent ends its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        return
+
+    def alive() -> None:
+        heard.value = perf_counter()
+
+    make = start(alive)
     while True:
         try:
             entry = connection.recv()
@@ -139,6 +189,12 @@ def _serve(connection: Connection, make: Callable[[Any], Any]) -> None:
         except Exception as error:
             result = error
         connection.send(result)
+
+
+def _silent_for(seconds: float) -> str:
+    if seconds >= 3600.0:
+        return f"no result after {seconds / 3600.0:g} h"
+    return f"no progress for {seconds:g} s"
 
 
 def _reason(exit_code: int | None) -> str:

@@ -12,7 +12,7 @@ from statistics import mean
 from typing import Any
 
 from missions.bench.bench import Bench, E, Key, Options, R
-from missions.bench.processes import ProcessEnded, bounded, results
+from missions.bench.processes import Alive, ProcessEnded, bounded, results
 from stack.documents import Finding, Mark
 from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
 from stack.errors import InputError
@@ -131,10 +131,16 @@ def _rows(bench: Bench[E, R], entries: Sequence[E], options: Options) -> Iterato
                 row = make(entry)
             yield row
         return
-    for entry, result in results(make, entries, options.jobs, RUNS_PER_PROCESS):
+    start = partial(_maker, make)
+    for entry, result in results(start, entries, options.jobs, RUNS_PER_PROCESS):
         if isinstance(result, ProcessEnded):
             yield bench.rows.crashed(entry.key, result.reason)
         elif isinstance(result, BaseException):
             raise result
         else:
             yield result
+
+
+def _maker(make: Callable[[E], R], _: Alive) -> Callable[[E], R]:
+    """Return what makes the rows in a process; benches have no other limit than LONGEST_RUN."""
+    return make

@@ -44,6 +44,7 @@ from missions.cli.running.run import run
 from missions.cli.running.runs import runs_app
 from missions.cli.running.tell import tell_app
 from missions.cli.running.watch import watch
+from missions.cli.sweep import sweep_app
 from missions.cli.test import test
 from missions.cli.tune import EPILOG as TUNE_EPILOG
 from missions.cli.tune import tune
@@ -90,6 +91,7 @@ app.add_typer(tell_app, name="tell")
 app.add_typer(keys_app, name="keys")
 app.add_typer(topic_app, name="topic")
 app.add_typer(bench_app, name="bench")
+app.add_typer(sweep_app, name="sweep")
 app.command(epilog=TUNE_EPILOG)(tune)
 
 

@@ -11,6 +11,7 @@ front and rear laser), ROBOTLASER1 and ROBOTLASER2 (with geometry), ODOM, PARAM.
   is `robot_frontlaser_offset` in front of the base.
 * SICK lasers report errors and missing returns as the readings 8183 to 8191 of their unit: 81.83 m
   and more in centimetres. They are no returns. A reading of 0 is invalid.
+* Readings of FLASER that shift against the turns of the robot run from left to right.
 * Other lasers have a code of their own, which the log does not tell. Many readings at the upper
   end, with hardly any just below them, are one: walls are at any distance.
 """
@@ -20,12 +21,14 @@ from __future__ import annotations
 import gzip
 import zlib
 from collections.abc import Iterator
+from itertools import pairwise
 from math import pi, radians
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
+from robots.logs.beam_order import runs_clockwise
 from robots.logs.carmen_messages import Content, Laser, Readings, add_message
 from robots.logs.recording import (
     DAMAGED_LOG,
@@ -83,6 +86,7 @@ def read_carmen_log(file: Path) -> Recording:
     stamps = np.array([stamp for stamp, _, _ in content.measured])
     _check_gaps(content, stamps, file)
     backwards = int(np.count_nonzero(np.diff(stamps) < 0.0))
+    repeated = sum(count - len(found) for count, found in _stamps_of_scans(content))
     first, last = float(stamps.min()), float(stamps.max())
     factory = _ScanFactory(content)
     span = max(last - first, 1e-3)
@@ -93,7 +97,7 @@ def read_carmen_log(file: Path) -> Recording:
         file, "CARMEN log", first, last - first, counts, lidars,
         lambda: observations(_events(content, factory), first),
         footprint=_footprint(content.parameters),
-        notes=(*factory.notes, *_notes(content, backwards)),
+        notes=(*factory.notes, *_notes(content, backwards, repeated)),
     )  # fmt: skip
 
 
@@ -155,6 +159,7 @@ class _ScanFactory:
     def __init__(self, content: Content) -> None:
         self._parameters = content.parameters
         self._codes: dict[str, float] = {}
+        self._clockwise: set[str] = set()
         self._lasers: dict[tuple[str, int], Laser] = {}
         self._first: dict[str, Laser] = {}
         self.counts: dict[str, int] = {}
@@ -163,6 +168,9 @@ class _ScanFactory:
         for sensor in sorted({item.sensor for item in found if item.laser is None}):
             old = [i.ranges for i in found if i.laser is None and i.sensor == sensor]
             self._codes[sensor] = self._first_code(sensor, np.concatenate(old))
+            if runs_clockwise(self._with_poses(content, sensor), radians(_spacing(old[0].size))):
+                self._clockwise.add(sensor)
+                self.notes.append(f"{sensor}: the readings run clockwise, as turns show")
         for item in found:
             self._first.setdefault(item.sensor, self._laser(item))
             self.counts[item.sensor] = self.counts.get(item.sensor, 0) + 1
@@ -172,6 +180,8 @@ class _ScanFactory:
         laser, ranges = self._laser(readings), readings.ranges.copy()
         ranges[ranges >= laser.range_max] = np.inf
         ranges[~(ranges > 0.0)] = np.nan
+        if readings.laser is None and readings.sensor in self._clockwise:
+            ranges = ranges[::-1]
         return Scan(
             stamp, ranges, laser.start, laser.spacing, 0.0, laser.range_max, laser.mount
         )  # fmt: skip
@@ -193,13 +203,19 @@ class _ScanFactory:
         """Return the geometry of an FLASER or RLASER line with this number of readings."""
         key = (sensor, readings)
         if key not in self._lasers:
-            spacing = SPACINGS.get(readings, 180.0 / max(readings - 1, 1))
+            spacing = _spacing(readings)
             start = -spacing * (readings // 2)
             heading = pi if sensor == "rear_lidar" else 0.0
             mount = Pose2D(self._offset(sensor), 0.0, heading)
             limit = self._codes[sensor]
             self._lasers[key] = Laser(readings, radians(start), radians(spacing), limit, mount)
         return self._lasers[key]
+
+    def _with_poses(self, content: Content, sensor: str) -> Iterator[tuple[FloatArray, Pose2D]]:
+        """Yield the readings of a sensor up to its limit, with the pose of their line."""
+        for (_, _, value), (_, _, pose) in pairwise(content.measured):
+            if isinstance(value, Readings) and value.sensor == sensor and isinstance(pose, Pose2D):
+                yield np.where(value.ranges < self._codes[sensor], value.ranges, np.nan), pose
 
     def _offset(self, sensor: str) -> float:
         for name in OFFSETS[sensor]:
@@ -227,6 +243,11 @@ class _ScanFactory:
         return first
 
 
+def _spacing(readings: int) -> float:
+    """Return the degrees between the readings of an FLASER line."""
+    return SPACINGS.get(readings, 180.0 / max(readings - 1, 1))
+
+
 def _events(content: Content, factory: _ScanFactory) -> Iterator[Event]:
     """Yield the messages sorted by their stamps; a scan precedes the pose of its line."""
     for stamp, _, value in sorted(content.measured, key=lambda entry: entry[0]):
@@ -236,8 +257,18 @@ def _events(content: Content, factory: _ScanFactory) -> Iterator[Event]:
             yield Event(stamp, value.sensor, factory.scan(stamp, value))
 
 
-def _notes(content: Content, backwards: int) -> tuple[str, ...]:
+def _stamps_of_scans(content: Content) -> Iterator[tuple[int, set[float]]]:
+    """Yield the number of scans of each sensor, and their stamps."""
+    scans = [(v.sensor, stamp) for stamp, _, v in content.measured if isinstance(v, Readings)]
+    for sensor in {name for name, _ in scans}:
+        stamps = [stamp for name, stamp in scans if name == sensor]
+        yield len(stamps), set(stamps)
+
+
+def _notes(content: Content, backwards: int, repeated: int) -> tuple[str, ...]:
     notes = []
+    if repeated:
+        notes.append(f"{repeated} scans have the stamp of another one; used in the file's order")
     if backwards:
         notes.append(f"{backwards} messages are older than the one before; sorted by stamp")
     if content.ignored:

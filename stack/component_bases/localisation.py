@@ -141,6 +141,15 @@ class Estimator(Component, ABC):
         """
         return self.estimate
 
+    def take_notes(self) -> Sequence[str]:
+        """Return what a person should know that happened since the last call, as sentences."""
+        return ()
+
+    @property
+    def fault(self) -> str:
+        """What the estimator does without at present, and why; empty if nothing is wrong."""
+        return ""
+
     def await_input(self, time: float, longest: float) -> bool:
         """Wait for slow work, done beside the loop, that the next `update` uses.
 
@@ -202,6 +211,11 @@ class Estimator(Component, ABC):
     def grid(self) -> OccupancyGrid | None:
         """The map that the estimator draws; None if it draws none. A new one is a new object."""
         return None
+
+    @property
+    def unmapped(self) -> str:
+        """Why there is nothing on the map that the estimator draws; empty if there is something."""
+        return ""
 
     def map_files(self) -> Mapping[str, bytes]:
         """Return further files of a saved map by name, e.g. of a pose graph."""

@@ -35,11 +35,16 @@ class Deskewer:
     def update(self, observation: Observation, frames: TransformBuffer) -> Observation:
         """Return the observation with deskewed scans: those for which there is odometry now.
 
+        Also a scan of one instant waits for odometry, or is dropped if it is too old.
+
         Args:
             observation: the new measurements.
             frames: with the odometry up to the observation's time.
         """
-        turning = {n: scan for n, scan in observation.of(Scan).items() if scan.time_increment}
+        turning = {
+            name: scan for name, scan in observation.of(Scan).items()
+            if scan.time_increment or not frames.covers(scan.stamp)
+        }  # fmt: skip
         if not turning and not self._waiting:
             return observation
         waiting, self._waiting = self._waiting, {}

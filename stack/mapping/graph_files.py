@@ -132,11 +132,16 @@ def saved_files(graph: PoseGraph) -> dict[str, bytes]:
 
 
 def check_graph(folder: Path) -> None:
-    """Check the header of a folder's graph.
+    """Check the header of a saved map's graph.
 
     Raises:
         InputError: it is missing, of another version, or damaged.
     """
+    if not (folder / HEADER).is_file():
+        raise InputError(
+            f"the map has no pose graph ({HEADER}): it was not saved with `localisation: slam`;"
+            " use `localisation: mcl`"
+        )
     _header(folder / HEADER)
 
 

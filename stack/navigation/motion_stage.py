@@ -1,4 +1,4 @@
-"""Interface of the stage that computes velocities: the navigator, or none for a fixed base."""
+"""Interfaces of what computes velocities, navigator or fixed base, and of what holds the base."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from stack.navigation.tasks import MotionTask
 from stack.navigation.teleoperation import Teleoperation
-from stack.types import ContactZone, Limitation, Path, Perceived, Pose2D, Twist
+from stack.types import ContactZone, Failure, Limitation, Path, Perceived, Pose2D, Twist
 
 
 class WantedTwist(NamedTuple):
@@ -121,4 +121,20 @@ class MotionStage(ABC):
 
         Args:
             now: seconds; None: the time of the last step.
+        """
+
+
+class DriveInterlock(ABC):
+    """Holds the base while another part of the robot must not be moved with it."""
+
+    @abstractmethod
+    def hindrance(self, perceived: Perceived) -> Limitation | None:
+        """Return why the base must stand in this step; None if it may drive."""
+
+    @abstractmethod
+    def remove_hindrance(self, perceived: Perceived) -> Failure | None:
+        """Bring the robot towards a state in which the base may drive; called in each step.
+
+        Returns:
+            Why that is not possible; the motion of the base then fails.
         """

@@ -9,14 +9,13 @@ from stack.components import Estimator
 from stack.control.evasion.evasion import Evasion
 from stack.navigation.activities import Activities
 from stack.navigation.capabilities.base import StackBase
-from stack.navigation.capabilities.interlock import DriveInterlock
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.doubt import LocalisationMonitor
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.following import Drive, PathDrive
 from stack.navigation.motion_evasion import MotionEvasion
-from stack.navigation.motion_stage import MotionStage, WantedTwist
+from stack.navigation.motion_stage import DriveInterlock, MotionStage, WantedTwist
 from stack.navigation.plans.queries import PlanQueries
 from stack.navigation.recoveries import DriveForMotion
 from stack.navigation.tasks import MotionExecutor, MotionTask

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from stack.geometry.rotations import from_angles
+from stack.frames.tree import lifted
 from stack.navigation.capabilities.arm import JOINTS, StackArm
 from stack.navigation.capabilities.gripper import GRIPPER
 from stack.navigation.capabilities.limbs import ArmStage
@@ -72,21 +72,21 @@ class ArmDisplay:
             np.array(grasps).reshape(-1, 4, 4), held,
         )  # fmt: skip
 
-    def layers(self, pose: Pose2D) -> dict[str, Layer]:
+    def layers(self, map_from_odom: Pose2D) -> dict[str, Layer]:
         """Return what is around the arm, map frame, as a layer by name; nothing without an arm.
 
         Args:
-            pose: of the base, map frame.
+            map_from_odom: pose of the odom frame in the map frame.
         """
         arm = self._limbs.arm
         if arm is None:
             return {}
         if arm.around.version != self._around.version:
-            link = from_angles((pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading)) @ arm.base_from_link
+            odom = lifted(map_from_odom)
             boxes = [_shape(pose, size, BOX_COLOUR) for pose, size in arm.around.boxes]
             blocks = [
-                _shape(link @ block.pose, block.size, BLOCK_COLOURS[block.colour])
-                for block in arm.blocks.values()
+                _shape(odom @ block.pose, block.size, BLOCK_COLOURS[block.colour])
+                for block in arm.around.blocks.values()
             ]
             self._around = Layer(arm.around.version, (*boxes, *blocks))
         return {AROUND_ARM: self._around}

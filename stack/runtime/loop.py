@@ -233,7 +233,7 @@ class Runtime:
             "map": parts.perceiver.map_layer,
             **{name: _shown(name, it) for name, it in parts.perceiver.world_model.costmaps.items()},
             "parameters": self._parameters,
-            **self._arm.layers(parts.perceiver.estimator.estimate.pose),
+            **self._arm.layers(parts.perceiver.estimator.estimate.map_from_odom),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
 
@@ -288,6 +288,7 @@ class Runtime:
             limitations=self.limitations,
             events=parts.telemetry.recent(SHOWN_EVENTS),
             debugging=parts.debugger.view() if parts.debugger else Debugging(),
+            localisation_fault=parts.perceiver.estimator.fault,
             records_lost="; ".join(record.text for record in parts.telemetry.lost),
         )
 

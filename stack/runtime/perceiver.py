@@ -82,6 +82,8 @@ class Perceiver:
         before = self.estimator.estimate
         estimate = self.estimator.update(observation, self.frames)
         self._report_jump(before, estimate, "lidar")
+        for note in self.estimator.take_notes():
+            self.emit("estimator", note, level="warning")
         fix = self.markers.update(observation, self.frames)
         if fix is not None:
             before, estimate = estimate, self.estimator.update_markers(fix, self.frames)

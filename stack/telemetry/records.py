@@ -281,6 +281,7 @@ class Snapshot:
         depth_points: (n, 3) float32 of at most 1500 obstacles from depth cameras, map frame; z is 0
             where the floor is missing. None while no depth camera is used.
         depth_image: newest picture of a depth camera.
+        localisation_fault: what the estimator does without now, and why; empty if nothing.
         health_thresholds: below which health the robot is lost, from which on the pose is good.
     """
 
@@ -320,6 +321,7 @@ class Snapshot:
     tracks: tuple[TrackedObject, ...] = ()
     debugging: Debugging = Debugging()
     records_lost: str = ""
+    localisation_fault: str = ""
     health_thresholds: HealthThresholds = field(default_factory=HealthThresholds)
     detections: tuple[Detection, ...] = ()
     mask: ColourMask | None = None

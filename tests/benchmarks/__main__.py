@@ -45,6 +45,7 @@ from tests.benchmarks import (
     twists,
 )
 from tests.benchmarks.benchmark import HELD_OUT, Benchmark, Given, benches
+from tests.benchmarks.buildings import scores
 from tests.benchmarks.figures import FIGURES, Figures, update_documents, write
 from tests.benchmarks.origin import Version, current_version, machine, today
 from tests.benchmarks.table import show
@@ -142,6 +143,11 @@ PERCEPTION = {
         lambda given: marker_loop.run(HELD_OUT, LOOPS),
         setting={**OFF, "first seed": HELD_OUT, "seeds": LOOPS},
     ),
+    "buildings": Benchmark(
+        "SLAM in generated buildings",
+        lambda given: scores.buildings_table(given.seeds(HELD_OUT, given["buildings"])),
+        ("buildings",), {"parameters": "default", "first seed": HELD_OUT},
+    ),
     "places": Benchmark(
         "Relocalisation by appearance",
         lambda given: places.run(places.POSES, given.folder / "places", given.jobs),
@@ -171,6 +177,7 @@ COUNTS = {
     "presses": (200, "of the emergency stop in each situation"),
     "pairs": (5, "of runs without and with cameras"),
     "largest": (4000, "cells on a side of the largest map to plan on"),
+    "buildings": (20, "generated buildings"),
     "starts": (50, "of each robot that docks"),
 }  # fmt: skip
 """Numbers of runs: default and what is counted."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
 from missions.bench.bench import Bench, E, Options, R, Rows
-from missions.bench.processes import ProcessEnded, results
+from missions.bench.processes import Alive, ProcessEnded, results
 from missions.bench.run_table import RUNS_PER_PROCESS, measured
 from tests.benchmarks.layouts import Layout
 
@@ -100,13 +101,17 @@ def in_order(
     """
     if jobs == 1:
         return [function(task) for task in tasks]
-    found = dict(results(function, tasks, jobs, RUNS_PER_PROCESS))
+    found = dict(results(partial(_only, function), tasks, jobs, RUNS_PER_PROCESS))
     for task, result in found.items():
         if isinstance(result, BaseException):
             raise result
         if isinstance(result, ProcessEnded):
             raise RuntimeError(f"{task}: {result.reason}")
     return [found[task] for task in tasks]
+
+
+def _only(function: Callable[[Any], dict[str, Any]], _: Alive) -> Callable[[Any], dict[str, Any]]:
+    return function
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,12 @@ LAYOUTS: dict[str, Layout] = {
         "wall time": "{wall s:.0f} s", "median step": "{step median ms:.1f} ms",
         "99 % of the steps": "{step p99 ms:.1f} ms",
     }),
+    "buildings": Layout({
+        "seed": "{seed}", "building": "{kind}", "driven": "{driven m} m",
+        "odometry off by": "{odometry m:.1f} m", "loops closed": "{closed} of {loops}",
+        "false edges": "{false edges}", "median wall error": "{wall error m:.3f} m",
+        "90 % of the walls": "{wall p90 m:.3f} m", "median pose error": "{pose error m:.3f} m",
+    }),
     "patrol": Layout({
         "minutes": "{minutes}", "keyframes": "{keyframes}", "edges": "{edges}",
         "memory": "{memory MB:.0f} MB", "mean error": "{error mean m:.3f} m",

@@ -123,6 +123,8 @@ def _process(text: Text, snapshot: Snapshot, link: Link) -> None:
                   f"{pace}, as fast as possible"))  # fmt: skip
     lost = snapshot.records_lost
     lines.append(("records", BAD if lost else GOOD, lost or "complete"))
+    if snapshot.localisation_fault:
+        lines.append(("localisation", BAD, snapshot.localisation_fault))
     for name, colour, value in lines:
         _row(text, name, colour)
         text.right_crop(1)

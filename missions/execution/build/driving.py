@@ -18,13 +18,12 @@ from stack.control.evasion.evasion import Evasion
 from stack.control.path_follower import PathFollower
 from stack.localisation.fixed_base import FixedOdometry, KnownPose
 from stack.navigation.capabilities.base import StackBase
-from stack.navigation.capabilities.interlock import DriveInterlock
 from stack.navigation.capabilities.localisation import StackLocalisation
 from stack.navigation.capabilities.map import StackMap
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.fixed_base import KnownPlace, NoWorldModel, Standing, StandingSafety
 from stack.navigation.live_parameters import Tunable
-from stack.navigation.motion_stage import MotionStage
+from stack.navigation.motion_stage import DriveInterlock, MotionStage
 from stack.navigation.navigator import Navigator
 from stack.navigation.plans.planner_worker import PlannerWorker
 from stack.navigation.tasks import Emit

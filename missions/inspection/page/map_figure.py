@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator
 from html import escape
 
 import numpy as np
 
 from missions.inspection.page.blockers import Blocker
+from missions.inspection.page.map_view import WIDTH, MapView
 from missions.inspection.page.story import Samples, Story
 from stack.telemetry.records import AROUND_ARM
-from stack.types import FloatArray, OccupancyGrid
-
-WIDTH = 720
-"""Of the figure, in its own units; it is scaled to the page."""
+from stack.types import FloatArray
 
 LEAST_APART = 0.3
 """The true way is drawn if it is anywhere farther from the estimate than this, metres."""
-
-MARGIN = 0.4
-"""Metres around the driven way that are shown, at least."""
 
 LEVELS = 5
 """Colours of speed."""
@@ -31,7 +25,10 @@ def map_figure(story: Story) -> str:
     samples, grid = story.samples, story.grid
     if not story.drives:
         grid = None  # what the arm knows is drawn instead
-    view = _View(grid, samples)
+    view = MapView(
+        grid, np.concatenate([samples.x, samples.true_x]),
+        np.concatenate([samples.y, samples.true_y]),
+    )  # fmt: skip
     top = max(0.2, float(np.nanmax(samples.speed, initial=0.0)))
     x, y = view.pixels(samples.x, samples.y)
     parts = [] if grid is None else [view.picture(grid)]
@@ -107,57 +104,6 @@ def _label(x: float, y: float, lines: list[str], kind: str = "small") -> str:
     )
 
 
-class _View:
-    """Scale of a map figure: metres to its units, north up."""
-
-    def __init__(self, grid: OccupancyGrid | None, samples: Samples) -> None:
-        x = np.concatenate([samples.x, samples.true_x])
-        y = np.concatenate([samples.y, samples.true_y])
-        low = np.array([np.nanmin(x), np.nanmin(y)]) - MARGIN
-        high = np.array([np.nanmax(x), np.nanmax(y)]) + MARGIN
-        if grid is not None:
-            rows, columns = np.nonzero(grid.cells >= 0)
-            if len(rows):
-                origin = np.array(grid.origin)
-                known = np.array([columns.min(), rows.min()]), np.array([columns.max(), rows.max()])
-                low = np.minimum(low, origin + known[0] * grid.resolution)
-                high = np.maximum(high, origin + (known[1] + 1) * grid.resolution)
-        self.low, self.high = low, high
-        size = high - low
-        self.scale = min(WIDTH / size[0], 0.9 * WIDTH / size[1])
-        self.left = 0.5 * (WIDTH - size[0] * self.scale)
-        self.height = float(size[1] * self.scale)
-
-    def pixel(self, x: float, y: float) -> tuple[float, float]:
-        """Place in the figure of a place on the map."""
-        return self.left + (x - self.low[0]) * self.scale, (self.high[1] - y) * self.scale
-
-    def pixels(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Places in the figure of places on the map."""
-        return self.left + (x - self.low[0]) * self.scale, (self.high[1] - y) * self.scale
-
-    def picture(self, grid: OccupancyGrid) -> str:
-        """The map as a picture that suits light and dark pages."""
-        import cv2
-
-        cells = grid.cells
-        pixels = np.zeros((*cells.shape, 4), np.uint8)
-        pixels[grid.free] = (128, 128, 128, 28)
-        pixels[grid.occupied] = (130, 120, 110, 255)
-        done, encoded = cv2.imencode(".png", np.flipud(pixels))
-        if not done:
-            return ""
-        height, width = cells.shape
-        top = grid.origin[1] + height * grid.resolution
-        x, y = self.pixel(grid.origin[0], top)
-        code = base64.b64encode(encoded.tobytes()).decode()
-        return (
-            f'<image x="{x:.1f}" y="{y:.1f}" width="{width * grid.resolution * self.scale:.1f}" '
-            f'height="{height * grid.resolution * self.scale:.1f}" '
-            f'preserveAspectRatio="none" href="data:image/png;base64,{code}"/>'
-        )
-
-
 def _stretches(
     shares: FloatArray, x: FloatArray, y: FloatArray, *, jumps: bool = True
 ) -> list[tuple[int, int, int]]:
@@ -179,7 +125,7 @@ def _stretches(
     return found
 
 
-def _blocks(story: Story, view: _View) -> list[str]:
+def _blocks(story: Story, view: MapView) -> list[str]:
     """Outlines of the boxes and blocks that an arm knew at the end."""
     layer = story.last.layers.get(AROUND_ARM)
     content = layer.content if layer is not None else ()
@@ -194,7 +140,7 @@ def _blocks(story: Story, view: _View) -> list[str]:
     return found
 
 
-def _true_way(samples: Samples, view: _View) -> list[str]:
+def _true_way(samples: Samples, view: MapView) -> list[str]:
     """The way that the robot really took."""
     known = np.isfinite(samples.true_x)
     x, y = view.pixels(samples.true_x[known], samples.true_y[known])
@@ -208,7 +154,7 @@ def _points(x: FloatArray, y: FloatArray) -> str:
     return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
 
 
-def _moved_marks(story: Story, view: _View) -> list[str]:
+def _moved_marks(story: Story, view: MapView) -> list[str]:
     """Where the robot was when it was lifted or pushed; just before, in truth if it is known."""
     parts, samples = [], story.samples
     for event in story.events:
@@ -240,7 +186,7 @@ def _held_marks(samples: Samples, x: FloatArray, y: FloatArray) -> list[str]:
     return parts
 
 
-def _blocker_marks(blocker: Blocker, view: _View) -> list[str]:
+def _blocker_marks(blocker: Blocker, view: MapView) -> list[str]:
     """A closed door as the line that it is, a person as a disc; with name and times."""
     x, y = view.pixel(*blocker.at)
     if blocker.door is None:

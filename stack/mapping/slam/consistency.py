@@ -22,6 +22,9 @@ LEAST_EVIDENCE = 10
 BEYOND = 0.25
 """Metres behind a wall from which on a beam has passed it."""
 
+HEALTH_GAIN = 0.1
+"""Share of a new scan in the health."""
+
 LEAST_SHARE, FULL_SHARE = 0.2, 0.6
 """Share of the evidence of a scan that speaks for its pose, at health 0 and 1."""
 
@@ -47,6 +50,12 @@ class MapConsistency:
         self._occupancy[grid.free], self._occupancy[grid.occupied] = 0, 1
         ring = np.ones((3, 3), np.uint8)
         self._near = cv2.dilate(grid.occupied.astype(np.uint8), ring) > 0
+
+    def weighed(self, health: float, grid: OccupancyGrid, pose: Pose2D, scan: Scan) -> float:
+        """Return the health after another scan; the same if it only shows what is not mapped."""
+        self.use(grid)
+        fit = self.fit(pose, scan)
+        return health if fit is None else health + HEALTH_GAIN * (fit - health)
 
     def fit(self, pose: Pose2D, scan: Scan) -> float | None:
         """Return the health in [0, 1] of a pose by one scan; None where the scan says nothing."""

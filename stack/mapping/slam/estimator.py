@@ -11,7 +11,7 @@ import numpy as np
 from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError, NavigationError
+from stack.errors import InputError, NavigationError, WorkerError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.parameters import check_lidar
 from stack.localisation.search.matches import GlobalMatch, Views
@@ -19,7 +19,7 @@ from stack.localisation.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
-from stack.mapping.slam.odometry_error import odometry_error
+from stack.mapping.slam.odometry.error import odometry_error
 from stack.mapping.slam.parameters import SlamParameters
 from stack.optional_packages import GTSAM
 from stack.types import (
@@ -38,16 +38,11 @@ from stack.types import (
 
 KEYFRAMES_PER_STEP = 5
 """Keyframes drawn again in a control step after a loop closure."""
-HEALTH_GAIN = 0.1
-"""Share of a new scan in the health."""
 SEARCH_PERIOD = 5.0
 """Time between two searches of the whole map while the robot is lost on a saved map, s."""
 
 MAP_PERIOD = 1.0
 """Time between two updates of the costmap's map, s."""
-
-LONGEST_LINK = 10.0
-"""Seconds over which odometry links an earlier pose to a keyframe."""
 
 
 class SlamEstimator(Estimator):
@@ -88,24 +83,15 @@ class SlamEstimator(Estimator):
     @classmethod
     def check_map(cls, folder: Path | None) -> None:
         """Check that a saved map has a pose graph."""
-        from stack.mapping.graph_files import HEADER, check_graph
+        from stack.mapping.graph_files import check_graph
 
-        if folder is None:
-            return
-        if not (folder / HEADER).is_file():
-            raise InputError(
-                f"the map has no pose graph ({HEADER}): it was not saved with `localisation: slam`;"
-                " use `localisation: mcl`"
-            )
-        check_graph(folder)
+        if folder is not None:
+            check_graph(folder)
 
     def __init__(
-        self,
-        parameters: SlamParameters,
-        robot: RobotDescription,
-        grid: OccupancyGrid | None,
+        self, parameters: SlamParameters, robot: RobotDescription, grid: OccupancyGrid | None,
         seed: int,
-    ) -> None:
+    ) -> None:  # fmt: skip
         from stack.mapping.slam.mapper import Mapper
         from stack.mapping.slam.worker import OptimiserWorker
 
@@ -121,8 +107,8 @@ class SlamEstimator(Estimator):
         self._map_from_odom, self._odometry = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._matched = Pose2D(0.0, 0.0)
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
-        self._consistency = MapConsistency()
-        self._health = 1.0
+        self._consistency, self._notes = MapConsistency(), list[str]()
+        self._health, self._scans = 1.0, 0
         self._time = self._corrected_at = self._scanned_at = 0.0
         self._is_started, self._is_real_time = False, False
         self._taken, self._map_due = self.mapper.shown_grid, 0.0
@@ -186,11 +172,22 @@ class SlamEstimator(Estimator):
         self._apply_optimisation()
         scan = observation.named(self.lidar, Scan)
         if scan is not None and frames.covers(scan.stamp):
+            self._scans += 1
             self._process(scan, frames.pose_at("odom", scan.stamp))
-        if self.mapper.needs_optimising and not self._worker.is_busy:
+        if self.mapper.needs_optimising and self._worker.is_free(self._time):
             self._worker.submit(self.mapper.problem(), self._time + self.parameters.latency)
         self.mapper.draw(KEYFRAMES_PER_STEP)
         return self.estimate
+
+    def take_notes(self) -> Sequence[str]:
+        """Return what was found in the measurements, and what became of the optimiser."""
+        notes, self._notes = [*self._notes, *self.mapper.take_notes()], []
+        return notes
+
+    @property
+    def fault(self) -> str:
+        """Why the map is not corrected; empty while it is."""
+        return self._worker.fault
 
     def await_input(self, time: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for an optimisation that is due."""
@@ -208,8 +205,7 @@ class SlamEstimator(Estimator):
         graph = self.mapper.graph
         if not graph.landmarks:
             return ()
-        problem = problem_of(graph)
-        return markers_of(graph, self._worker.solve(problem))
+        return markers_of(graph, self._worker.solve(problem_of(graph)))
 
     def take_map(self) -> OccupancyGrid | None:
         """Return the map when it changed, at most every MAP_PERIOD seconds."""
@@ -223,6 +219,16 @@ class SlamEstimator(Estimator):
     def grid(self) -> OccupancyGrid:
         """The map that is drawn; a new object after each change."""
         return self.mapper.shown_grid
+
+    @property
+    def unmapped(self) -> str:
+        """Why the map has no walls; empty if it has some."""
+        if self.grid.occupied.any():
+            return ""
+        if not self._scans:
+            return f"no scan of {self.lidar} could be used; the report counts those dropped"
+        longest = self.parameters.match_range
+        return f"none of {self._scans} scans of {self.lidar} shows a wall within {longest:g} m"
 
     def map_files(self) -> dict[str, bytes]:
         """Return the pose graph, also as g2o, and the trajectory of the keyframes."""
@@ -278,11 +284,7 @@ class SlamEstimator(Estimator):
 
     def corrected_pose(self, stamp: float, odometry: Pose2D) -> Pose2D | None:
         """Return the pose at a stamp of this run, from the keyframe nearest in time."""
-        own = [k for k in self.mapper.graph.keyframes.values() if k.session == self.mapper.session]
-        near = min(own, key=lambda keyframe: abs(keyframe.stamp - stamp), default=None)
-        if near is None or abs(near.stamp - stamp) > LONGEST_LINK:
-            return None
-        return near.pose.compose(odometry.relative_to(near.odometry))
+        return self.mapper.graph.pose_at(stamp, odometry, self.mapper.session)
 
     def configure(self, parameters: SlamParameters) -> None:
         """Apply new parameters to the next scans."""
@@ -367,7 +369,7 @@ class SlamEstimator(Estimator):
         match = self.mapper.match
         if match is None:
             return
-        self._weigh(pose, scan)
+        self._health = self._consistency.weighed(self._health, self.grid, pose, scan)
         if not match.information.any():  # nothing to match with: odometry alone
             position, heading = odometry_error(moved)
             errors = np.diag(np.square([position, position, heading]))
@@ -375,20 +377,17 @@ class SlamEstimator(Estimator):
             return
         self._covariance = match.covariance
 
-    def _weigh(self, pose: Pose2D, scan: Scan) -> None:
-        """Take a scan into the health, unless it only shows what the map does not know yet."""
-        self._consistency.use(self.grid)
-        fit = self._consistency.fit(pose, scan)
-        if fit is not None:
-            self._health += HEALTH_GAIN * (fit - self._health)
-
     def _apply_optimisation(self) -> None:
-        optimum = self._worker.result(self._time)
+        try:
+            optimum = self._worker.result(self._time)
+        except WorkerError as error:
+            self._notes.append(str(error))
+            self.mapper.needs_optimising = True
+            return
         if optimum is None:
             return
         before = self.mapper.pose
         self.mapper.apply(optimum)
-        after = self.mapper.pose
-        correction = after.compose(before.inverse())
+        correction = self.mapper.pose.compose(before.inverse())
         self._map_from_odom = correction.compose(self._map_from_odom)
         self._corrected_at = self._time

@@ -24,6 +24,12 @@ EDGE_KINDS: tuple[EdgeKind, ...] = ("odometry", "match", "loop")
 """Kinds between keyframes. An edge of kind "marker" leads to a landmark; it follows from the
 sightings and is not stored."""
 
+DOUBTFUL_HEADING = 0.5
+"""Radians: deviation of odometry that was wrong."""
+
+LONGEST_LINK = 10.0
+"""Seconds over which odometry links an earlier pose to a keyframe."""
+
 LandmarkKey = tuple[str, int]
 """Dictionary and number of a marker."""
 
@@ -67,6 +73,11 @@ class Edge:
     relative: Pose2D
     information: FloatArray
     kind: EdgeKind
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether it is odometry that does not know the heading: its ends are no neighbours."""
+        return self.kind == "odometry" and self.information[2, 2] < DOUBTFUL_HEADING**-2
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +157,17 @@ class PoseGraph:
             rows = [(number, k.pose.x, k.pose.y) for number, k in self.keyframes.items()]
             self._places = np.array(rows, np.float64).reshape(-1, 3)
         return self._places
+
+    def pose_at(self, stamp: float, odometry: Pose2D, session: int) -> Pose2D | None:
+        """Return the pose at a stamp of a session by odometry from the keyframe nearest in time.
+
+        None without a keyframe within LONGEST_LINK.
+        """
+        own = [keyframe for keyframe in self.keyframes.values() if keyframe.session == session]
+        near = min(own, key=lambda keyframe: abs(keyframe.stamp - stamp), default=None)
+        if near is None or abs(near.stamp - stamp) > LONGEST_LINK:
+            return None
+        return near.pose.compose(odometry.relative_to(near.odometry))
 
     def add_edge(self, edge: Edge) -> None:
         """Add an edge between two keyframes of the graph.

@@ -17,7 +17,7 @@ import numpy as np
 
 from stack.localisation.planar import rotation
 from stack.mapping.slam.graph import Edge, Landmark, PoseGraph, Sighting
-from stack.mapping.slam.optimiser import Optimum, optimise
+from stack.mapping.slam.optimiser import GraphOptimiser, Optimum
 from stack.types import FloatArray, Marker, Pose2D, RelativePose, wrap_angle
 
 MARKER_VIEWS = 3
@@ -74,8 +74,12 @@ def place_landmarks(graph: PoseGraph, poses: Mapping[int, Pose2D]) -> None:
         landmark.pose = poses.get(node, landmark.pose)
 
 
-def solve(problem: Problem) -> Optimum:
+def solve(problem: Problem, optimiser: GraphOptimiser | None = None) -> Optimum:
     """Return the optimised keyframes and landmarks, with the covariances of the landmarks.
+
+    Args:
+        problem: the graph.
+        optimiser: that has optimised the same graph before, if any.
 
     Raises:
         InputError: gtsam is not installed.
@@ -88,7 +92,7 @@ def solve(problem: Problem) -> Optimum:
             poses[node] = landmark.pose or poses[first.source].compose(first.relative)
             edges += found
             placed.append(node)
-    return optimise(poses, edges, placed)
+    return (optimiser or GraphOptimiser()).optimise(poses, edges, placed)
 
 
 def landmark_edges(landmark: Landmark, node: int, poses: Mapping[int, Pose2D]) -> Iterable[Edge]:

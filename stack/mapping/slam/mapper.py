@@ -31,7 +31,12 @@ from stack.mapping.slam.landmarks import (
     solve,
 )
 from stack.mapping.slam.loops import LoopClosure
-from stack.mapping.slam.matching.alignment import align_step, odometry_information, softened
+from stack.mapping.slam.matching.alignment import (
+    LEAST_OVERLAP,
+    align_step,
+    odometry_information,
+    softened,
+)
 from stack.mapping.slam.matching.local_map import (
     EDGE_OVERLAP,
     LocalMap,
@@ -40,7 +45,9 @@ from stack.mapping.slam.matching.local_map import (
 )
 from stack.mapping.slam.matching.scans import PreparedScan, prepare
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
-from stack.mapping.slam.optimiser import Optimum
+from stack.mapping.slam.odometry.chain import OdometryChain, lost_edge
+from stack.mapping.slam.odometry.check import OdometryCheck
+from stack.mapping.slam.optimiser import GraphOptimiser, Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
 from stack.mapping.slam.upkeep import MapUpkeep
@@ -61,9 +68,6 @@ NEIGHBOUR_EDGES = 6
 PENDING, PENDING_SHARE = 60, 0.02
 """Edges to earlier visits, without a new loop, after which the graph is optimised: at least so
 many, and so many for each keyframe."""
-
-CHAIN_LENGTH = 3.0
-"""Metres driven since the newest keyframe up to which odometry connects the next one with it."""
 
 
 class Mapper:
@@ -100,6 +104,7 @@ class Mapper:
         self.loop_closures = 0
         self.match: ScanMatch | None = None
         self._immediate, self._noise = immediate, noise
+        self._optimiser = GraphOptimiser()
         self._scans: dict[int, PreparedScan] = {}
         self._loops = LoopClosure(self.parameters, self.graph, self.neighbourhood, self.prepared)
         self._upkeep = MapUpkeep(self.graph, self.neighbourhood)
@@ -110,8 +115,8 @@ class Mapper:
         # Stamps, keyframes and the poses relative to these: they follow the optimised graph.
         self._trajectory: list[tuple[float, int, Pose2D]] | None = [] if keep_trajectory else None
         self._pending, self._is_confirmed = 0, True
-        self._chain: tuple[Keyframe, float] | None = None
-        self._matched_at = self._pose
+        self._matched_at, self._is_unsure = self._pose, False
+        self._check, self._chain = OdometryCheck(), OdometryChain()
         if self.graph.keyframes:
             self._renderer.moved(self.graph)
             self._renderer.grid(self.graph)
@@ -142,11 +147,14 @@ class Mapper:
             self._odometry = odometry_pose
             self._insert(stamp, odometry_pose, scan, prepared)
         else:
-            self._pose = self._matched(odometry_pose, prepared)
+            self._pose = self._matched(stamp, odometry_pose, prepared)
             self._odometry = odometry_pose
             if not self.is_mapping:
                 if self._is_moved(self._matched_at):
                     self._follow()
+            elif self._is_unsure and self._upkeep.contradicts(self._near(), self._pose, scan):
+                self._check.note_loss(stamp)
+                self._insert(stamp, odometry_pose, scan, prepared, is_lost=True)
             elif self._is_moved(self._matched_at) and self._may_insert():
                 self._update(stamp, odometry_pose, scan, prepared)
         if self._trajectory is not None and self._last is not None:
@@ -155,6 +163,10 @@ class Mapper:
         if self.needs_optimising and self._immediate:
             self.optimise()
         return self._pose
+
+    def take_notes(self) -> list[str]:
+        """Return what was found in scans and odometry since the last call, as sentences."""
+        return self._check.take_notes()
 
     def add_marker(self, seen: MarkerObservation, odometry_pose: Pose2D) -> None:
         """Take a marker into the graph, as seen from the keyframe that scans are matched with.
@@ -198,7 +210,8 @@ class Mapper:
         Keyframes are added again once a scan matches there.
         """
         self._pose, self._odometry = pose, odometry
-        self.match, self._chain, self._is_confirmed = None, None, False
+        self.match, self._is_confirmed = None, False
+        self._chain.begin(None)
         self._follow()
 
     def set_mapping(self, is_mapping: bool) -> None:
@@ -231,7 +244,7 @@ class Mapper:
 
     def optimise(self) -> None:
         """Optimise the graph; poses, map and trajectory follow."""
-        self.apply(solve(self.problem()))
+        self.apply(solve(self.problem(), self._optimiser))
 
     def apply(self, optimum: Optimum) -> None:
         """Move keyframes to optimised poses; those added since move with the newest of them."""
@@ -276,20 +289,28 @@ class Mapper:
             self._scans[keyframe] = prepare(scan, self.parameters.match_range, self._noise)
         return self._scans[keyframe]
 
-    def _matched(self, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
+    def _matched(self, stamp: float, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
         """Return the pose of a scan; that of odometry if it does not match."""
-        moved = odometry.relative_to(self._odometry)
-        pose, self.match = align_step(self._local_map(), scan, self._pose, moved)
+        moved, elapsed = odometry.relative_to(self._odometry), self._check.elapsed(stamp)
+        pose, self.match = align_step(self._local_map(), scan, self._pose, moved, elapsed)
+        self._is_unsure = self.match.overlap < LEAST_OVERLAP
+        if self.match.information.any():
+            matched = pose.relative_to(self._pose)
+            doubt = self._check.compare(stamp, moved, matched, self.match)
+            self._chain.doubt(doubt)
+            self._is_unsure = self._is_unsure or bool(doubt.any())
         return pose
+
+    def _near(self) -> list[int]:
+        """Return the keyframes that scans are matched with."""
+        assert self._last is not None
+        return self.neighbourhood.around(
+            self._last.id, self._pose, REFERENCE_KEYFRAMES, REFERENCE_DISTANCE
+        )
 
     def _local_map(self) -> LocalMap:
         if self._local is None:
-            assert self._last is not None
-            near = self.neighbourhood.around(
-                self._last.id, self._pose,
-                REFERENCE_KEYFRAMES, REFERENCE_DISTANCE,
-            )  # fmt: skip
-            keyframes = [self.graph.keyframes[number] for number in near]
+            keyframes = [self.graph.keyframes[number] for number in self._near()]
             scans = [(keyframe.pose, self.prepared(keyframe.id)) for keyframe in keyframes]
             self._local = LocalMap(scans, self.parameters.resolution)
         return self._local
@@ -313,15 +334,8 @@ class Mapper:
         if found.changed or found.surplus:
             self._renderer.outdate(self.graph)
         if not found.is_wanted:
-            self._drive_on()
+            self._chain.drive(self._pose.distance_to(self._matched_at))
             self._follow()
-
-    def _drive_on(self) -> None:
-        """Add the way since the last match to that since the newest keyframe."""
-        if self._chain is not None:
-            newest, driven = self._chain
-            driven += self._pose.distance_to(self._matched_at)
-            self._chain = (newest, driven) if driven <= CHAIN_LENGTH else None
 
     def _remove(self, keyframe: int) -> None:
         """Remove a keyframe; its neighbours stay connected."""
@@ -330,16 +344,24 @@ class Mapper:
         self._loops.forget(keyframe)
         self._upkeep.forget(keyframe)
 
-    def _insert(self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan) -> None:
+    def _insert(
+        self, stamp: float, odometry: Pose2D, scan: Scan, prepared: PreparedScan, *,
+        is_lost: bool = False,
+    ) -> None:  # fmt: skip
         """Add a keyframe at the current pose, with its edges, and look for loops."""
         last = self._last
         new = Keyframe(self.graph.next_id, stamp, self._pose, odometry, scan, self.session)
         self.graph.add_keyframe(new)
         self._scans[new.id] = prepared
         if last is not None:
-            self._drive_on()
-            self._connect(last, new)
-        self._last, self._local, self._matched_at, self._chain = new, None, self._pose, (new, 0.0)
+            self._chain.drive(self._pose.distance_to(self._matched_at))
+            edge = lost_edge(last, new) if is_lost else self._chain.edge_to(new)
+            if edge is not None:
+                self.graph.add_edge(edge)
+            if not is_lost:
+                self._connect(last, new)
+        self._last, self._local, self._matched_at = new, None, self._pose
+        self._chain.begin(new)
         self._renderer.add(new)
         closed = self._loops.find(new.id)
         if closed:
@@ -349,12 +371,7 @@ class Mapper:
             self.needs_optimising = True
 
     def _connect(self, last: Keyframe, new: Keyframe) -> None:
-        """Add the edges of a new keyframe: odometry, and matches with its neighbours."""
-        if self._chain is not None:
-            before = self._chain[0]
-            moved = new.odometry.relative_to(before.odometry)
-            information = odometry_information(moved)
-            self.graph.add_edge(Edge(before.id, new.id, moved, information, "odometry"))
+        """Add the matches of a new keyframe with its neighbours."""
         near = self.neighbourhood.around(last.id, new.pose, NEIGHBOUR_EDGES, REFERENCE_DISTANCE)
         edges = 0
         for number in (n for n in dict.fromkeys((last.id, *near)) if n != new.id):

@@ -44,6 +44,8 @@ class Neighbourhood:
                 other = edge.source + edge.target - number
                 if other in seen or keyframes[other].pose.distance_to(pose) > 2.0 * distance:
                     continue
+                if edge.is_doubtful:
+                    continue
                 if edge.kind == "odometry" or self._agrees(edge):
                     seen.add(other)
                     queue.append(other)
@@ -59,6 +61,8 @@ class Neighbourhood:
             seen.add(number)
             for edge in self._graph.edges_of(number):
                 other = edge.source + edge.target - number
+                if edge.is_doubtful:
+                    continue
                 further = gone + hypot(edge.relative.x, edge.relative.y)
                 if other not in seen and further <= length:
                     heappush(queue, (further, other))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil, log
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -52,72 +52,102 @@ class Optimum:
     covariances: dict[int, FloatArray] = field(default_factory=dict)
 
 
-def optimise(
-    poses: Mapping[int, Pose2D],
-    edges: Sequence[Edge],
-    wanted: Sequence[int] = (),
-) -> Optimum:
-    """Return the poses with the least squared errors of the edges.
+class GraphOptimiser:
+    """Optimises a graph that grows again and again; keeps the factors of the edges it has seen.
 
-    Edges of the kinds ROBUST are weighted by dynamic covariance scaling (P. Agarwal et al., "Robust
-    map optimization using dynamic covariance scaling", ICRA 2013), so that false ones lose their
-    weight. Levenberg-Marquardt from the poses given, with a decreasing scale. The first node of
-    each connected part of the graph does not move. Covariances are the marginals of the graph that
-    is linearised at the optimum with these weights.
-
-    Args:
-        poses: initial guess, by id of the node.
-        edges: between them.
-        wanted: nodes whose covariances are wanted.
-
-    Raises:
-        InputError: gtsam is not installed.
+    An edge is the same if it is the same object.
     """
-    if len(poses) < 2:
-        return Optimum(dict(poses))
-    GTSAM.require("pose graphs need")
-    import gtsam
 
-    values = gtsam.Values()
-    for number, pose in poses.items():
-        values.insert(number, gtsam.Pose2(pose.x, pose.y, pose.heading))
-    tight = gtsam.noiseModel.Isotropic.Sigma(3, FIXED_DEVIATION)
-    priors = [
-        gtsam.PriorFactorPose2(anchor, values.atPose2(anchor), tight)
-        for anchor in _anchors(poses, edges)
-    ]
-    factors = [_factor(gtsam, edge) for edge in edges]
-    settings = gtsam.LevenbergMarquardtParams()
-    settings.setMaxIterations(ITERATIONS)
-    settings.setRelativeErrorTol(1e-5)
-    graph = gtsam.NonlinearFactorGraph()
-    for scale in _scales(poses, edges):
-        robust = gtsam.noiseModel.mEstimator.DCS.Create(ROBUST_SCALE * scale)
-        graph = gtsam.NonlinearFactorGraph()
-        for prior in priors:
-            graph.add(prior)
-        for keys, relative, noise, is_robust in factors:
-            model = gtsam.noiseModel.Robust.Create(robust, noise) if is_robust else noise
-            graph.add(gtsam.BetweenFactorPose2(*keys, relative, model))
-        values = gtsam.LevenbergMarquardtOptimizer(graph, values, settings).optimize()
-    found = {}
-    for number in poses:
-        placed = values.atPose2(number)
-        found[number] = Pose2D(placed.x(), placed.y(), placed.theta())
-    if not wanted:
-        return Optimum(found)
-    marginals = gtsam.Marginals(graph, values)
-    return Optimum(found, {
-        number: np.asarray(marginals.marginalCovariance(number), np.float64)
-        for number in wanted
-    })  # fmt: skip
+    def __init__(self) -> None:
+        self._built: dict[int, _Factor] = {}
+
+    def optimise(
+        self, poses: Mapping[int, Pose2D], edges: Sequence[Edge], wanted: Sequence[int] = ()
+    ) -> Optimum:
+        """Return the poses with the least squared errors of the edges.
+
+        Edges of the kinds ROBUST are weighted by dynamic covariance scaling (P. Agarwal et al.,
+        "Robust map optimization using dynamic covariance scaling", ICRA 2013), so that false ones
+        lose their weight. Levenberg-Marquardt from the poses given, with a decreasing scale. The
+        first node of each connected part of the graph does not move. Covariances are the marginals
+        of the graph that is linearised at the optimum with these weights.
+
+        Args:
+            poses: initial guess, by id of the node.
+            edges: between them.
+            wanted: nodes whose covariances are wanted.
+
+        Raises:
+            InputError: gtsam is not installed.
+        """
+        if len(poses) < 2:
+            return Optimum(dict(poses))
+        GTSAM.require("pose graphs need")
+        import gtsam
+
+        values = gtsam.Values()
+        for number, pose in poses.items():
+            values.insert(number, gtsam.Pose2(pose.x, pose.y, pose.heading))
+        plain = gtsam.NonlinearFactorGraph()
+        tight = gtsam.noiseModel.Isotropic.Sigma(3, FIXED_DEVIATION)
+        for anchor in _anchors(poses, edges):
+            plain.add(gtsam.PriorFactorPose2(anchor, values.atPose2(anchor), tight))
+        robust = []
+        for factor in self._factors(gtsam, edges):
+            if factor.edge.kind in ROBUST:
+                robust.append(factor)
+            else:
+                plain.add(factor.plain)
+        settings = gtsam.LevenbergMarquardtParams()
+        settings.setMaxIterations(ITERATIONS)
+        settings.setRelativeErrorTol(1e-5)
+        graph = plain
+        for scale in _scales(poses, [factor.edge for factor in robust]):
+            weight = gtsam.noiseModel.mEstimator.DCS.Create(ROBUST_SCALE * scale)
+            graph = gtsam.NonlinearFactorGraph(plain)
+            for factor in robust:
+                model = gtsam.noiseModel.Robust.Create(weight, factor.noise)
+                ends = factor.edge.source, factor.edge.target
+                graph.add(gtsam.BetweenFactorPose2(*ends, factor.relative, model))
+            values = gtsam.LevenbergMarquardtOptimizer(graph, values, settings).optimize()
+        found = {}
+        for number in poses:
+            placed = values.atPose2(number)
+            found[number] = Pose2D(placed.x(), placed.y(), placed.theta())
+        if not wanted:
+            return Optimum(found)
+        marginals = gtsam.Marginals(graph, values)
+        return Optimum(found, {
+            number: np.asarray(marginals.marginalCovariance(number), np.float64)
+            for number in wanted
+        })  # fmt: skip
+
+    def _factors(self, gtsam: Any, edges: Sequence[Edge]) -> Iterable[_Factor]:
+        """Return the factors of edges; forget those of all others."""
+        before = self._built
+        self._built = {id(edge): before.get(id(edge)) or _factor(gtsam, edge) for edge in edges}
+        return self._built.values()
+
+
+class _Factor(NamedTuple):
+    """What gtsam needs of an edge.
+
+    Attributes:
+        edge: itself; while it is kept, no other object has its identity.
+        relative: its measurement.
+        noise: Gaussian.
+        plain: the factor without a robust weight.
+    """
+
+    edge: Edge
+    relative: Any
+    noise: Any
+    plain: Any
 
 
 def _scales(poses: Mapping[int, Pose2D], edges: Iterable[Edge]) -> list[float]:
-    """Return the factors of the robust scale, falling to 1, from the largest error on."""
-    largest = max(
-        (_squared_error(poses, edge) for edge in edges if edge.kind in ROBUST), default=0.0
-    )
+    """Return the factors of the robust scale, from the largest error of robust edges down to 1."""
+    largest = max((_squared_error(poses, edge) for edge in edges), default=0.0)
     count = ceil(log(max(1.0, largest / ROBUST_SCALE), STEP))
     return [STEP**k for k in range(count, -1, -1)]
 
@@ -145,12 +175,12 @@ def _anchors(poses: Mapping[int, Pose2D], edges: Iterable[Edge]) -> list[int]:
     return [number for number in poses if root(number) == number]
 
 
-def _factor(gtsam: Any, edge: Edge) -> tuple[tuple[int, int], Any, Any, bool]:
-    """Return the keys, measurement, noise model and whether it is robust, of an edge."""
+def _factor(gtsam: Any, edge: Edge) -> _Factor:
     shared = 1.0 if edge.kind in ROBUST else SHARED_ERRORS
     noise = gtsam.noiseModel.Gaussian.Information(_regular(edge.information / shared))
     relative = gtsam.Pose2(edge.relative.x, edge.relative.y, edge.relative.heading)
-    return (edge.source, edge.target), relative, noise, edge.kind in ROBUST
+    plain = gtsam.BetweenFactorPose2(edge.source, edge.target, relative, noise)
+    return _Factor(edge, relative, noise, plain)
 
 
 def _regular(information: FloatArray) -> FloatArray:

@@ -140,8 +140,11 @@ class SegmentLoops:
         self._recent = deque(one for one in self._recent if one[0] != keyframe)
 
     def _extend(self, keyframe: int) -> None:
-        """Measure the way; end a segment after some metres."""
+        """Measure the way; end a segment after some metres. None goes over doubtful odometry."""
         keyframes = self._graph.keyframes
+        if any(edge.is_doubtful for edge in self._graph.edges_of(keyframe)):
+            self._recent.clear()
+            self._next = self._driven + LENGTH
         if self._recent:
             moved = keyframes[keyframe].pose.distance_to(keyframes[self._recent[-1][0]].pose)
             self._driven += moved

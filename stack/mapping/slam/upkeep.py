@@ -8,6 +8,7 @@ or passed where a thing stands now.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -29,6 +30,9 @@ CHANGE_BEAMS = 6
 """Beams that contradict the keyframes of a place in a scan with news."""
 CHANGE_SCANS = 3
 """Scans at different poses that must contradict a beam of a keyframe before the map forgets it."""
+
+CONTRADICTED_SHARE = 0.4
+"""Share of the known points in view that a scan at a wrong pose sees through; else hardly any."""
 
 RECENT = 12
 """Newest keyframes, which are neither changed nor removed: loop closure needs them."""
@@ -97,6 +101,15 @@ class MapUpkeep:
         removable.sort(key=lambda number: (self._valid(number), -number))
         surplus = tuple(removable[: max(0, spare)])
         return Findings(is_wanted, tuple(n for n in changed if n not in surplus), surplus)
+
+    def contradicts(self, near: Sequence[int], pose: Pose2D, scan: Scan) -> bool:
+        """Return whether a scan sees through the walls of the keyframes around a pose, if any."""
+        beams, passed, again = ScanBeams.of(scan), 0, 0
+        for number in near:
+            keyframe = self._graph.keyframes[number]
+            through, seen = seen_through(self._beams(keyframe), keyframe.pose, beams, pose)
+            passed, again = passed + through, again + seen
+        return not near or passed > CONTRADICTED_SHARE * (passed + again)
 
     def forget(self, keyframe: int) -> None:
         """Drop what is stored of a removed keyframe."""
@@ -180,6 +193,18 @@ class ScanBeams:
         beams = beams % count
         passed = self.least[beams] > distances * (1.0 + MARGIN_SHARE) + MARGIN
         return beams, inside & passed
+
+
+def seen_through(old: ScanBeams, base: Pose2D, new: ScanBeams, pose: Pose2D) -> tuple[int, int]:
+    """Return how many points of an old scan at a base pose a new one at a pose sees through, and
+    how many it sees again. What stands before them says nothing.
+    """  # noqa: D205
+    then, now = base.compose(old.scan.mount), pose.compose(new.scan.mount)
+    points = now.inverse().transform(then.transform(old.points))
+    beams, passed = new.passed(points)
+    distances = np.hypot(points[:, 0], points[:, 1])
+    again = np.abs(new.scan.ranges[beams] - distances) <= MARGIN + MARGIN_SHARE * distances
+    return int(np.count_nonzero(passed)), int(np.count_nonzero(again & ~passed))
 
 
 def contradicted(old: ScanBeams, base: Pose2D, new: ScanBeams, pose: Pose2D) -> NDArray[np.bool_]:

@@ -17,8 +17,7 @@ from stack.drivetrain.arm_description import HOME, ArmDescription
 from stack.drivetrain.description import BASE, RobotDescription
 from stack.errors import ParameterError
 from stack.frames.links import RobotLinks
-from stack.frames.tree import inverse
-from stack.geometry.rotations import from_angles
+from stack.frames.tree import inverse, lifted
 from stack.lifecycle import Timers
 from stack.manipulation.scene import Scene
 from stack.navigation.capabilities.gripper import GRIPPER
@@ -39,7 +38,6 @@ from stack.types import (
     JointState,
     JointTrajectory,
     Perceived,
-    Pose2D,
 )
 
 JOINTS = "joints"
@@ -152,8 +150,10 @@ class StackArm(Arm):
 
     def see(self, blocks: Iterable[Block], gone: Iterable[Block] = ()) -> tuple[Block, ...]:
         base = self._odom_from_link
-        seen, lost = ([_moved(block, base) for block in those] for those in (blocks, gone))
-        found = self.around.see(seen, lost, self._tool_in_odom, base @ self._link_from_map)
+        found = self.around.see(
+            [_moved(block, base) for block in blocks], [_moved(block, base) for block in gone],
+            self._tool_in_odom, base @ self._link_from_map,
+        )  # fmt: skip
         return tuple(_moved(block, inverse(base)) for block in found)
 
     def hold(self, block: Block, width: float) -> None:
@@ -276,8 +276,8 @@ class StackArm(Arm):
         spread, fingers = perceived.estimate.covariance, perceived.newest(GRIPPER, GripperState)
         place = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
         return self.around.scene(
-            self._link_from_map, inverse(self._odom_from_link), (place, float(spread[2, 2]) ** 0.5),
-            None if fingers is None else fingers.width,
+            self._link_from_map, inverse(self._odom_from_link),
+            None if fingers is None else fingers.width, (place, float(spread[2, 2]) ** 0.5),
         )  # fmt: skip
 
     def _begin_once_standing(self, perceived: Perceived) -> None:
@@ -299,12 +299,12 @@ class StackArm(Arm):
     @property
     def _link_from_map(self) -> FloatArray:
         """(4, 4) base link <- map."""
-        return inverse(_on_floor(self._now.perceived.estimate.pose) @ self.base_from_link)
+        return inverse(lifted(self._now.perceived.estimate.pose) @ self.base_from_link)
 
     @property
     def _odom_from_link(self) -> FloatArray:
         """(4, 4) odom <- base link."""
-        return _on_floor(self._now.perceived.motion.pose) @ self.base_from_link
+        return lifted(self._now.perceived.motion.pose) @ self.base_from_link
 
     @property
     def _tool_in_odom(self) -> FloatArray | None:
@@ -372,11 +372,6 @@ class StackArm(Arm):
                     f"it begins {away[worst]:.3f} from where {self.joint_names[worst]} is",
                     "plan from the measured positions",
                 )
-
-
-def _on_floor(pose: Pose2D) -> FloatArray:
-    """Return the transform (4, 4) of a pose in the plane."""
-    return from_angles((pose.x, pose.y, 0.0), (0.0, 0.0, pose.heading))
 
 
 def _moved(block: Block, transform: FloatArray) -> Block:

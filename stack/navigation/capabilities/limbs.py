@@ -11,8 +11,8 @@ from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
 from stack.navigation.capabilities.arm import AT_REST, JOINTS, StackArm
 from stack.navigation.capabilities.gripper import StackGripper
-from stack.navigation.capabilities.interlock import DriveInterlock
 from stack.navigation.capabilities.surroundings import Surroundings
+from stack.navigation.motion_stage import DriveInterlock
 from stack.navigation.plans.arm_plans import ArmPlans
 from stack.navigation.tasks import MotionTask
 from stack.types import (

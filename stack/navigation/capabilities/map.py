@@ -174,6 +174,9 @@ class StackMap(Map):
         return found
 
     def save(self, name: str) -> str:
+        if why := self._estimator.unmapped:
+            sentence = f"the map cannot be saved to {name!r}: nothing is mapped: {why}"
+            raise NavigationError(FailureCode.FAILED, sentence)
         keyframes = {} if self._places is None else self._places.files()
         try:
             surveyed = self._surveyed()

@@ -135,8 +135,12 @@ class Surroundings:
         """The blocks by name, without that in the hand."""
         return self._blocks
 
-    def box(self, name: str, link_from_map: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return pose (4, 4) in the base link and size (3,) of a known box.
+    def box(self, name: str, from_map: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return pose (4, 4) and size (3,) of a known box.
+
+        Args:
+            name: of the box.
+            from_map: (4, 4) wanted frame <- map.
 
         Raises:
             ParameterError: there is none.
@@ -146,19 +150,19 @@ class Surroundings:
             raise ParameterError("", f"no box of the world is called {name!r}", hint)
         item = self._boxes[name]
         assert isinstance(item.shape, Box)
-        return link_from_map @ item.pose, np.array(item.shape.size)
+        return from_map @ item.pose, np.array(item.shape.size)
 
     def scene(
-        self, link_from_map: FloatArray, link_from_odom: FloatArray,
-        deviations: tuple[float, float] = (0.0, 0.0), width: float | None = None,
+        self, link_from_map: FloatArray, link_from_odom: FloatArray, width: float | None = None,
+        deviations: tuple[float, float] = (0.0, 0.0),
     ) -> Scene:  # fmt: skip
         """Return all that the arm may reach, in the frame of its base link.
 
         Args:
             link_from_map: (4, 4) base link <- map.
             link_from_odom: (4, 4) base link <- odom.
-            deviations: standard deviations of the pose on the map: metres and radians.
             width: between the fingers, metres; None: open.
+            deviations: standard deviations of the pose on the map: metres and radians.
         """
         placed = (
             replace(item, pose=link_from_map @ item.pose)
@@ -170,7 +174,8 @@ class Surroundings:
             for name, block in self._blocks.items()
         )
         near = self._reach + SPARE
-        scene = Scene(tuple(item for item in (*known, *seen) if _away(item) < near), width=width)
+        objects = tuple(item for item in (*known, *seen) if _away(item) < near)
+        scene = Scene(objects, width=width)
         if self.held is None:
             return scene
         held = _object(self.held.name, self.held.block, self.held.in_tool)

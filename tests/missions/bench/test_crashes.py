@@ -141,7 +141,7 @@ def test_a_process_that_hangs_is_ended_and_reported(tmp_path, monkeypatch):
     """With a bound of no time at all, so that the test does not depend on the machine."""
     monkeypatch.setattr("missions.bench.processes.LONGEST_RUN", 0.0)
     rows = filled((13, 13, 13, 1), Options(tmp_path, jobs=2))
-    assert {row.cause for row in rows} == {"hung: no result after 0 h"}
+    assert {row.cause for row in rows} == {"hung: no progress for 0 s"}
     assert not any(process.is_alive() for process in multiprocessing.active_children())
 
 

@@ -1,6 +1,7 @@
 """Missions on logs of other programs: `robot: {use: replayed, log: $log}` and `--replay`."""
 
 import gzip
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +9,11 @@ from typer.testing import CliRunner
 
 import missions
 from missions.cli.app import app
-from missions.execution.prepare import RunOptions, diagnose
+from missions.execution.prepare import RunOptions, diagnose, prepare
+from missions.execution.run import Run
+from missions.execution.running import run_in_turns
 from stack.telemetry.event_log import read_events
-from stack.types import Pose2D
+from stack.types import Observation, Odometry, Pose2D, Scan, Twist
 from tests.robots.logs.log_writers import flaser
 
 MISSION = """
@@ -103,3 +106,48 @@ def test_a_replayed_mission_needs_no_world_but_a_driving_one_does(folder):
     (folder / "log.yaml").write_text(MISSION + "map: from_world\n")
     sentences = [item.sentence for item in diagnose(folder / "log.yaml").findings]
     assert sentences == ["map: from_world needs a `world`"]
+
+
+MAPPING = """
+mission: map a log
+robot: {use: replayed, log: drive.clf.gz}
+map: none
+localisation: slam
+run:
+  sequence:
+    - wait_until: recording.over
+    - save_map: {path: map}
+"""
+
+
+def test_a_recording_whose_scans_show_nothing_fails_with_the_reason(folder):
+    """All 26 scans read 81.91 m, the code for no return: no wall was seen."""
+    (folder / "map.yaml").write_text(MAPPING)
+    report = missions.run(folder / "map.yaml", out=folder / "run")
+    assert report.status == "failure" and not (folder / "run" / "map").exists()
+    assert "nothing is mapped: none of 26 scans of lidar shows a wall within 30 m" in report.reason
+
+
+@pytest.mark.parametrize("late", [None, 60.0], ids=["not measured", "of another clock"])
+def test_a_recording_whose_scans_cannot_be_used_fails_with_the_reason(folder, late):
+    """The log is replaced by scans that never come, or come with stamps a minute in the past."""
+    (folder / "map.yaml").write_text(MAPPING)
+    options = RunOptions(serve=False, out=folder / "run")
+    plan = prepare(folder / "map.yaml", options)
+
+    def observed():
+        for k in range(100):
+            now = 61.0 + 0.05 * k
+            scan = Scan(now - (late or 0.0), np.full(180, 2.0, np.float32), -1.5, 0.017, 0.0, 80.0)
+            wheels = Odometry(now, Pose2D(0.01 * k, 0.0), Twist(0.2, 0.0))
+            yield Observation(now, {"wheels": wheels} | ({} if late is None else {"lidar": scan}))
+
+    run = Run(replace(plan, recording=replace(plan.recording, play=observed)), options)
+    try:
+        run_in_turns([run])
+    finally:
+        run.close()
+    assert run.report.status == "failure"
+    assert "nothing is mapped: no scan of lidar could be used" in run.report.reason
+    # in the first second old stamps are taken for those of before the begin
+    assert run.report.scans_dropped == ({} if late is None else {"lidar": 79})

@@ -1,14 +1,12 @@
 """A mission with `localisation: slam`: pose, growing map, costmap; an optimiser that fails."""
 
+import os
+import signal
+
 import numpy as np
 import pytest
 
-from missions.execution.prepare import RunOptions, prepare
-from missions.execution.run import Run
-from missions.execution.running import run_in_turns
-from stack.child_process import Worker
-from stack.mapping.slam.worker import NAME
-from stack.patience import Patience
+from stack.mapping.slam.worker import PAUSE
 from stack.types import UNKNOWN
 from tests.missions.execution.live_run import LiveRun
 
@@ -41,30 +39,39 @@ def test_the_map_grows_while_the_robot_turns_and_planners_see_it(tmp_path):
         parts.perceiver.estimator.close()
 
 
+def killed(process):
+    os.kill(process.pid, signal.SIGKILL)
+
+
+def suspended(process):
+    os.kill(process.pid, signal.SIGSTOP)
+
+
 FAULTS = {
-    "raises": ("failing", 0, "failed: ZeroDivisionError: division by zero"),
-    "ends": ("exiting", 9, "ended with exit code 9"),
-    "is suspended": ("suspending", 0, "gave no answer for 0.2 s"),
+    "killed": (killed, "was killed (SIGKILL)"),
+    "suspended": (suspended, "is suspended by a signal (SIGSTOP)"),
 }
 
 
-@pytest.mark.parametrize(("target", "request_", "reason"), FAULTS.values(), ids=FAULTS)
-def test_a_mission_whose_optimiser_fails_ends_at_once_with_the_cause(
-    tmp_path, monkeypatch, target, request_, reason
+@pytest.mark.parametrize(("harm", "reason"), FAULTS.values(), ids=FAULTS)
+def test_a_mission_goes_on_without_its_optimiser_and_starts_another(
+    tmp_path, monkeypatch, harm, reason
 ):
-    monkeypatch.setattr(Patience, "LONGEST", 0.2 if target == "suspending" else 30.0)
-    mission = tmp_path / "m.yaml"
-    mission.write_text(HEAD + TURN)
-    options = RunOptions(serve=False, out=tmp_path / "out")
-    run = Run(prepare(mission, options), options)
+    monkeypatch.setattr("stack.mapping.slam.worker.SUSPENDED", 0.2)
+    run = LiveRun(tmp_path, "run: {wait: {time: 1 min}}\n", head=HEAD)
+    run.steps(20)
+    estimator = run.runtime.parts.perceiver.estimator
     try:
-        worker = run.engine.runtime.parts.perceiver.estimator._worker
-        worker._worker = Worker(NAME, f"tests.stack.worker_targets:{target}")
-        worker.submit(request_, due=0.5)
-        run_in_turns([run])
+        estimator.mapper.needs_optimising = True
+        run.steps(30)  # the first process has answered
+        harm(estimator._worker._worker._process)
+        estimator.mapper.needs_optimising = True
+        run.steps(30)
+        notes = [event for event in run.kept.events if event.kind == "estimator"]
+        assert [note.level for note in notes] == ["warning"] and reason in notes[0].text
+        assert reason in run.runtime.snapshot().localisation_fault
+        run.steps(round(20 * (PAUSE + 2.0)))
+        assert not run.runtime.snapshot().localisation_fault
+        assert not estimator.mapper.needs_optimising
     finally:
-        run.close()
-    assert run.report.status == "error"
-    assert run.report.reason.startswith(f"{NAME} {reason}")
-    assert run.report.simulated_seconds == 0.5  # when the result was due
-    assert (tmp_path / "out" / "report.json").exists()
+        estimator.close()

@@ -46,7 +46,7 @@ class Match:
 class ToyEstimator:
     """Believes to be `error` away from the truth until it is started or relocalised."""
 
-    grid = None
+    grid, unmapped = None, ""
 
     def map_files(self):
         return {}

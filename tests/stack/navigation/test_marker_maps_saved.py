@@ -38,7 +38,11 @@ def service(mapped, store):
     """The service of a mission that surveys, with an estimator that has mapped markers."""
     grid = OccupancyGrid(np.full((4, 4), FREE, np.int8), 0.05, (0.0, 0.0))
     estimator = SimpleNamespace(
-        grid=grid, map_files=dict, mapped_markers=mapped, corrected_pose=lambda *_: None
+        grid=grid,
+        unmapped="",
+        map_files=dict,
+        mapped_markers=mapped,
+        corrected_pose=lambda *_: None,
     )
     robot = read_robot(find_robot("scout", Path()))
     survey = MarkerSurvey(MarkerParameters(survey=True))

@@ -75,28 +75,6 @@ def test_a_lost_block_is_nowhere(around):
     assert around.held is None and not around.blocks
 
 
-def test_what_is_out_of_reach_is_left_out_of_the_scene():
-    far = SceneObject("a far wall", Box((0.1, 4.0, 2.0)), from_angles((3.0, 0.0, 1.0), (0, 0, 0)))
-    near = SceneObject("a near wall", Box((0.1, 4.0, 2.0)), from_angles((0.9, 1.5, 1.0), (0, 0, 0)))
-    drum = SceneObject("a drum", Cylinder(0.3, 1.0), from_angles((0.0, 1.5, 0.0), (0, 0, 0)))
-    around = Surroundings([far], [near, drum], reach=0.8)
-    # Up to 0.8 + 0.5 m: the faces of the walls are at 2.95 and 0.85 m, the drum's at 1.2 m.
-    names = [item.name for item in around.scene(np.eye(4), np.eye(4)).objects]
-    assert names == ["a near wall", "a drum"]
-    moved = from_angles((-2.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # the base stands at x = 2 m
-    names = [item.name for item in around.scene(moved, np.eye(4)).objects]
-    assert names == ["a far wall", "a near wall"]
-
-
-def test_the_reach_of_an_arm_is_the_length_of_its_links():
-    # Of the Panda: 0.333 + 0.316 + 2 x 0.0825 + 0.384 (0.393 with its offset) + 0.088 + 0.107 +
-    # 0.105 m; each joint counts with the straight distance to the one before.
-    robot = read_robot(find_robot("panda_table", Path()))
-    joints = (0.333, 0.316, 0.0825, np.hypot(0.0825, 0.384), 0.088, 0.107, 0.105)
-    assert reach_of(robot) == pytest.approx(sum(joints), abs=1e-3)
-    assert reach_of(read_robot(find_robot("scout", Path()))) == 0.0
-
-
 def test_a_block_that_is_not_found_again_stays_known_until_it_is_gone(around):
     first, second = block(0.5, 0.0), block(0.5, 0.2, "blue")
     see(around, [first, second])
@@ -114,3 +92,39 @@ def test_a_part_of_a_box_is_no_block(around):
     in_bench.pose[2, 3], on_bench.pose[2, 3] = 0.59, 0.625
     assert see(around, [in_bench, on_bench]) == (on_bench,)
     assert list(around.blocks.values()) == [on_bench]
+
+
+def test_what_is_out_of_reach_is_left_out_of_the_scene():
+    far = SceneObject("a far wall", Box((0.1, 4.0, 2.0)), from_angles((3.0, 0.0, 1.0), (0, 0, 0)))
+    near = SceneObject("a near wall", Box((0.1, 4.0, 2.0)), from_angles((0.9, 1.5, 1.0), (0, 0, 0)))
+    drum = SceneObject("a drum", Cylinder(0.3, 1.0), from_angles((0.0, 1.5, 0.0), (0, 0, 0)))
+    around = Surroundings([far], [near, drum], reach=0.8)
+    # Up to 0.8 + 0.5 m: the faces of the walls are at 2.95 and 0.85 m, the drum's at 1.2 m.
+    names = [item.name for item in around.scene(np.eye(4), np.eye(4)).objects]
+    assert names == ["a near wall", "a drum"]
+    moved = from_angles((-2.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # the base stands at x = 2 m
+    names = [item.name for item in around.scene(moved, np.eye(4)).objects]
+    assert names == ["a far wall", "a near wall"]
+
+
+def test_objects_of_the_map_are_wider_by_the_doubt_about_the_pose(around):
+    far = SceneObject("wall", Box((0.1, 4.0, 2.0)), from_angles((1.05, 0.0, 1.0), (0, 0, 0)))
+    post = SceneObject("post", Cylinder(0.05, 1.0), from_angles((0.0, 0.0, 0.5), (0, 0, 0)))
+    near = Surroundings([], [far, post])
+    see(near, [block(0.5, 0.0)])
+    wall, post, red = near.scene(np.eye(4), np.eye(4), None, (0.03, 0.04)).objects
+    # Two deviations: of 3 cm and, 1 m away, of 4 cm; the hypotenuse is 5 cm.
+    assert wall.shape.size == pytest.approx((0.1 + 0.2, 4.0 + 0.2, 2.0))
+    assert post.shape.radius == pytest.approx(0.05 + 0.06) and post.shape.length == 1.0
+    assert red.shape.size == (0.05, 0.05, 0.05)
+    [wall, *_] = near.scene(np.eye(4), np.eye(4), None, (9.0, 9.0)).objects
+    assert wall.shape.size[0] == pytest.approx(0.1 + 0.2), "at most 10 cm on each side"
+
+
+def test_the_reach_of_an_arm_is_the_length_of_its_links():
+    # Of the Panda: 0.333 + 0.316 + 2 x 0.0825 + 0.384 (0.393 with its offset) + 0.088 + 0.107 +
+    # 0.105 m; each joint counts with the straight distance to the one before.
+    robot = read_robot(find_robot("panda_table", Path()))
+    joints = (0.333, 0.316, 0.0825, np.hypot(0.0825, 0.384), 0.088, 0.107, 0.105)
+    assert reach_of(robot) == pytest.approx(sum(joints), abs=1e-3)
+    assert reach_of(read_robot(find_robot("scout", Path()))) == 0.0

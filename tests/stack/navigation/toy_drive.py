@@ -15,8 +15,8 @@ from stack.control.evasion.parameters import EvasionParameters
 from stack.control.path_follower import PathFollower
 from stack.control.pure_pursuit.controller import PurePursuit
 from stack.control.pure_pursuit.parameters import PurePursuitParameters
-from stack.navigation.capabilities.interlock import DriveInterlock
 from stack.navigation.drive_tools import DriveTools
+from stack.navigation.motion_stage import DriveInterlock
 from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.plans.planner_worker import PlannerWorker

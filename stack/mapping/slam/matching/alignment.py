@@ -9,7 +9,7 @@ import numpy as np
 
 from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
 from stack.mapping.slam.matching.scans import PreparedScan
-from stack.mapping.slam.odometry_error import odometry_error
+from stack.mapping.slam.odometry.error import odometry_error
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 GOOD_OVERLAP = 0.75
@@ -20,8 +20,12 @@ POOR_OVERLAP, WIDE_WINDOW = 0.6, (1.0, 1.4)
 as after a gap in the measurements or a slip."""
 
 LARGE_STEP, LARGE_TURN = 0.4, 0.5
-"""Metres and radians between two scans above which the scan is also searched near the last pose:
-odometry that stood still for some scans reports all of their motion at once."""
+"""Metres and radians between two scans above which the scan is also searched near the last pose, if
+the motion is faster than FASTEST: odometry was reset, or reports at once what it has missed."""
+
+FASTEST = 2.5
+"""Metres and radians per second. A slower motion over a gap in the scans is believed: in a corridor
+the last pose would fit as well."""
 
 LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.5, 0.12
 """Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
@@ -34,12 +38,15 @@ always; a stronger pull by odometry that turns too little adds up to metres."""
 DEVIATION_FLOOR = 0.01
 """Metres and radians; deviation of odometry without any motion."""
 
+NORMAL_VARIANCE = 0.03**2
+"""rad²; of normals: a wall seems to hold a scan along it by this share of its points."""
+
 EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
 """Covariance added to that of a match: errors that its points share."""
 
 
 def align_step(
-    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D
+    local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D, elapsed: float
 ) -> tuple[Pose2D, ScanMatch]:
     """Return the pose of a scan and its match; the pose of odometry if it does not match.
 
@@ -50,6 +57,7 @@ def align_step(
         scan: base frame.
         pose: of the base at the scan before, map frame.
         moved: the motion since then by odometry, frame of that pose.
+        elapsed: seconds since then; 0 if unknown.
     """
     expected = pose.compose(moved)
     position, heading = odometry_deviation(moved)
@@ -57,7 +65,8 @@ def align_step(
     found = local.align(scan, expected, (expected, prior))
     likely = (position, heading)
     searches = [(expected, (2.5 * position + 0.05, 2.5 * heading + 0.02), GOOD_OVERLAP)]
-    if hypot(moved.x, moved.y) > LARGE_STEP or abs(moved.heading) > LARGE_TURN:
+    far, turned = hypot(moved.x, moved.y), abs(moved.heading)
+    if far > max(LARGE_STEP, FASTEST * elapsed) or turned > max(LARGE_TURN, FASTEST * elapsed):
         searches.append((pose, (LARGE_STEP, LARGE_TURN), 1.0))
     searches.append((expected, WIDE_WINDOW, POOR_OVERLAP))
     for centre, window, good in searches:
@@ -88,6 +97,12 @@ def odometry_information(moved: Pose2D) -> FloatArray:
 
 
 def softened(information: FloatArray) -> FloatArray:
-    """Return the information after adding EDGE_FLOOR to the covariance; it may be singular."""
+    """Return the information after adding EDGE_FLOOR to the covariance; it may be singular.
+
+    What the errors of normals alone would tell is taken out: along a bare corridor nothing is left.
+    """
+    spurious = NORMAL_VARIANCE * float(information[0, 0] + information[1, 1])
+    values, axes = np.linalg.eigh(information - np.diag([spurious, spurious, 0.0]))
+    information = (axes * np.maximum(values, 0.0)) @ axes.T
     softer: FloatArray = information @ np.linalg.inv(np.eye(3) + EDGE_FLOOR @ information)
     return 0.5 * (softer + softer.T)

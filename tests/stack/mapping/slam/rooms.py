@@ -26,16 +26,20 @@ RING = np.array(
 """A corridor around a block, with pillars."""
 
 
-def scan_at(walls: FloatArray, pose: Pose2D, stamp: float = 0.0, noise: float = 0.0, seed: int = 0):
-    """A scan of 180 beams all around, maximum range 12 m."""
-    angles = -np.pi + 2.0 * np.pi / BEAMS * np.arange(BEAMS)
+def ranges_at(walls: FloatArray, pose: Pose2D, angles: FloatArray) -> FloatArray:
+    """Ranges (n,) of beams at angles (n,) from the heading; inf without a wall."""
     directions = np.column_stack([np.cos(angles + pose.heading), np.sin(angles + pose.heading)])
     start, along = walls[:, :2] - (pose.x, pose.y), walls[:, 2:] - walls[:, :2]
     cross = directions[:, 0:1] * along[:, 1] - directions[:, 1:2] * along[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / cross
         u = (start[:, 0] * directions[:, 1:2] - start[:, 1] * directions[:, 0:1]) / cross
-    ranges = np.where((t > 0.0) & (u >= 0.0) & (u <= 1.0), t, np.inf).min(axis=1)
+    return np.where((t > 0.0) & (u >= 0.0) & (u <= 1.0), t, np.inf).min(axis=1)
+
+
+def scan_at(walls: FloatArray, pose: Pose2D, stamp: float = 0.0, noise: float = 0.0, seed: int = 0):
+    """A scan of 180 beams all around, maximum range 12 m."""
+    ranges = ranges_at(walls, pose, -np.pi + 2.0 * np.pi / BEAMS * np.arange(BEAMS))
     if noise:
         ranges = ranges + np.random.default_rng(seed).normal(0.0, noise, BEAMS)
     ranges = np.where(ranges > 12.0, np.inf, ranges).astype(np.float32)

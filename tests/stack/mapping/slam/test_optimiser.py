@@ -1,5 +1,8 @@
 """Pose graph optimisation: false loops, the process beside the loop."""
 
+import os
+import re
+import signal
 from math import cos, pi, sin
 
 import numpy as np
@@ -7,15 +10,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.errors import WorkerError
 from stack.mapping.slam.graph import Edge
 from stack.mapping.slam.landmarks import Problem
-from stack.mapping.slam.optimiser import optimise
-from stack.mapping.slam.worker import OptimiserWorker
+from stack.mapping.slam.optimiser import GraphOptimiser
+from stack.mapping.slam.worker import PAUSE, OptimiserWorker
 from stack.streams import stream
 from stack.types import Pose2D
 
 DEVIATIONS = np.array([0.01, 0.01, 0.002])
 INFORMATION = np.diag(DEVIATIONS**-2)
+
+
+def optimise(poses, edges):
+    return GraphOptimiser().optimise(poses, edges)
 
 
 STEPS = 500
@@ -95,9 +103,9 @@ def test_the_worker_returns_the_same_poses_at_the_latency_and_not_before():
     worker = OptimiserWorker()
     try:
         worker.submit(Problem(start, edges), due=5.0)
-        assert worker.result(4.9) is None and worker.is_busy
+        assert worker.result(4.9) is None and not worker.is_free(5.0)
         assert worker.result(5.0) == optimise(start, edges)
-        assert worker.result(5.1) is None and not worker.is_busy
+        assert worker.result(5.1) is None and worker.is_free(5.0)
     finally:
         worker.close()
 
@@ -111,9 +119,9 @@ def test_a_problem_solved_at_once_leaves_the_submitted_one_due():
     try:
         worker.submit(Problem(start, edges), due=5.0)
         assert worker.solve(Problem(other, others)) == optimise(other, others)
-        assert worker.result(4.9) is None and worker.is_busy
+        assert worker.result(4.9) is None and not worker.is_free(5.0)
         assert worker.result(5.0) == optimise(start, edges)
-        assert not worker.is_busy
+        assert worker.is_free(5.0)
     finally:
         worker.close()
 
@@ -125,3 +133,83 @@ def test_unconnected_parts_keep_their_first_keyframe():
     found = optimise(poses, [one, other]).poses
     assert found[0].distance_to(poses[0]) < 1e-6 and found[5].distance_to(poses[5]) < 1e-6
     assert found[1].x == pytest.approx(2.0, abs=1e-6)
+
+
+@pytest.fixture
+def worker():
+    made = OptimiserWorker()
+    yield made
+    made.close()
+
+
+def test_the_process_gets_what_is_new_and_gives_the_optimum_of_the_whole_graph(worker):
+    _, edges = manhattan(60, 4)
+    start = dead_reckoned(edges, 60)
+    for k, part in enumerate((edges[:59], edges, edges[:30] + edges[31:])):
+        worker.submit(Problem(start, list(part)), due=float(k))
+        found, expected = worker.result(float(k)).poses, optimise(start, part).poses
+        assert max(found[n].distance_to(expected[n]) for n in start) < 1e-6
+
+
+def kill(process):
+    os.kill(process.pid, signal.SIGKILL)
+
+
+def suspend(process):
+    os.kill(process.pid, signal.SIGSTOP)
+
+
+@pytest.mark.parametrize(
+    ("harm", "reason"), [(kill, r"was killed \(SIGKILL\)"), (suspend, "is suspended by a signal")]
+)
+def test_a_process_that_is_lost_is_replaced_and_gets_the_whole_graph(
+    worker, monkeypatch, harm, reason
+):
+    monkeypatch.setattr("stack.mapping.slam.worker.SUSPENDED", 0.2)
+    _, edges = manhattan(60, 4)
+    start = dead_reckoned(edges, 60)
+    worker.submit(Problem(start, edges[:59]), due=1.0)
+    assert worker.result(1.0) is not None
+    harm(worker._worker._process)
+    worker.submit(Problem(start, edges), due=2.0)
+    while not worker.await_result(2.0, 0.01):  # as the step loop waits
+        pass
+    with pytest.raises(WorkerError, match=f"{reason}.*; the map grows on without corrections"):
+        worker.result(2.0)
+    assert re.search(reason, worker.fault)
+    assert not worker.is_free(2.0 + PAUSE - 0.1) and worker.is_free(2.0 + PAUSE)
+    worker.submit(Problem(start, edges), due=8.0)
+    assert worker.result(8.0) == optimise(start, edges) and not worker.fault
+
+
+def test_a_process_that_fails_again_and_again_is_started_ever_more_seldom(worker):
+    bad = Edge(0, 7, Pose2D(0.0, 0.0), INFORMATION, "match")  # there is no node 7
+    pauses, now = [], 0.0
+    for _ in range(6):
+        worker.submit(Problem({0: Pose2D(0.0, 0.0), 1: Pose2D(0.0, 0.0)}, [bad]), due=now)
+        with pytest.raises(WorkerError, match="failed: KeyError: 7"):
+            worker.result(now)
+        pauses.append(worker._free_at - now)
+        now = worker._free_at
+    assert pauses == [5.0, 10.0, 20.0, 40.0, 60.0, 60.0]
+
+
+def test_a_graph_larger_than_the_pipe_holds_no_caller(worker):
+    """While the process is suspended, `submit` returns at once and the rest fails in time."""
+    _, edges = manhattan(60, 4)
+    start = dead_reckoned(edges, 60)
+    worker.submit(Problem(start, edges[:59]), due=0.0)
+    assert worker.result(0.0) is not None
+    suspend(worker._worker._process)
+    many = {k: Pose2D(float(k), 0.0) for k in range(50_000)}  # about 2 MB
+    worker.submit(Problem(many, edges), due=1.0)
+    assert not worker.await_result(1.0, 0.01)
+    worker.close()
+
+
+def test_markers_are_solved_by_another_process_when_the_first_is_lost(worker):
+    _, edges = manhattan(60, 4)
+    start = dead_reckoned(edges, 60)
+    expected = worker.solve(Problem(start, edges))
+    kill(worker._worker._process)
+    assert worker.solve(Problem(start, edges)) == expected

@@ -1,0 +1,185 @@
+"""What is asked of a sweep, by the command line or a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+from missions.execution.prepare import RunOptions
+from missions.execution.resources import world_files
+from missions.sweeps.design import GRID, LATIN, Design, RunDescription
+from missions.sweeps.factors import Factor, listed
+from stack.errors import InputError
+
+WORLD, ROBOT, START = "world", "robot", "start"
+
+ALL, FAILURES, NONE = "all", "failures", "none"
+KEEP = (ALL, FAILURES, NONE)
+"""Runs whose folders are kept."""
+
+TIME_LIMIT = 3600.0
+"""Simulated seconds after which a run has failed."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Runs of a mission, all of which follow from this and their number.
+
+    Attributes:
+        mission: path or name.
+        runs: number of runs.
+        design: grid | random | latin | sobol.
+        factors: what varies.
+        seed: of the first run.
+        arguments: of the mission, and parameters: of its components, the same for all runs.
+        robot, world, start: as options of a run; None: the mission's.
+        time_limit: simulated seconds.
+        keep: all | failures | none.
+    """
+
+    mission: str
+    runs: int
+    design: str
+    factors: tuple[Factor, ...] = ()
+    seed: int = 0
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    robot: str | None = None
+    world: str | None = None
+    start: str | None = None
+    time_limit: float = TIME_LIMIT
+    keep: str = FAILURES
+
+    @property
+    def plan(self) -> Design:
+        """The design of the runs."""
+        return Design(self.design, self.factors, self.seed, self.runs)
+
+    def descriptions(self) -> Iterator[RunDescription]:
+        """Yield all runs."""
+        plan = self.plan
+        return (plan.run(number) for number in range(self.runs))
+
+    def options(self, settings: Mapping[str, str], seed: int) -> RunOptions:
+        """Return the options of a run: as `treepilot run` would be told them."""
+        named = {name: settings.get(name, given) for name, given in (
+            (WORLD, self.world), (ROBOT, self.robot), (START, self.start)
+        )}  # fmt: skip
+        start = named[START]
+        rest = {name: text for name, text in settings.items() if name not in named}
+        dotted = {name: text for name, text in rest.items() if "." in name}
+        plain = {name: text for name, text in rest.items() if "." not in name}
+        return RunOptions(
+            seed=seed, serve=False, forget_kept=True, robot=named[ROBOT], world=named[WORLD],
+            start=start and start.strip("[]"), arguments={**self.arguments, **plain},
+            parameters={**self.parameters, **dotted},
+        )  # fmt: skip
+
+    def plain(self) -> dict[str, Any]:
+        """Return what the results depend on, as JSON has it."""
+        return {
+            "mission": self.mission, "design": self.design, "seed": self.seed,
+            "factors": [factor.plain() for factor in self.factors],
+            "arguments": dict(self.arguments), "parameters": dict(self.parameters),
+            "robot": self.robot, "world": self.world, "start": self.start,
+            "time_limit": self.time_limit, "runs": self.runs,
+        }  # fmt: skip
+
+    @classmethod
+    def read(cls, plain: Mapping[str, Any]) -> Sweep:
+        """Return a sweep from the values of its JSON."""
+        return cls(**{**plain, "factors": tuple(map(Factor.read, plain["factors"]))})
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether more runs leave those before them as they are."""
+        return self.design != LATIN or not self.factors
+
+    def differences(self, other: Sweep) -> Iterator[str]:
+        """Yield in what two sweeps differ, as sentences; keep and number of runs may differ."""
+        before, now = other.plain(), self.plain()
+        factors = ({one["name"]: one for one in plain.pop("factors")} for plain in (before, now))
+        old, new = factors
+        if self.may_grow:
+            before.pop("runs"), now.pop("runs")
+        for name in now:
+            if before[name] != now[name]:
+                yield f"{name} was {_shown(before[name])}, is {_shown(now[name])}"
+        for name in {**old, **new}:
+            if old.get(name) != new.get(name):
+                was, now_is = (_factor_shown(one.get(name)) for one in (old, new))
+                yield f"the factor {name} was {was}, is {now_is}"
+        if [*old] != [*new] and {*old} == {*new}:
+            yield f"the factors were in the order {', '.join(old)}, are in {', '.join(new)}"
+
+
+def with_choices(sweep: Sweep, worlds: str, robots: tuple[str, ...]) -> Sweep:
+    """Return the sweep with worlds and robots as factors.
+
+    Args:
+        sweep: without them.
+        worlds: a pattern of files, or of names of shipped worlds; empty: the mission's.
+        robots: names or files; empty: the mission's.
+
+    Raises:
+        InputError: there is no such world, or a factor is given twice.
+    """
+    more = [listed(WORLD, _worlds(worlds))] if worlds else []
+    more += [listed(ROBOT, robots)] if robots else []
+    factors = (*sweep.factors, *more)
+    names = [factor.name for factor in factors]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"the factor {twice} is given twice")
+    return replace(sweep, factors=factors)
+
+
+def check_runs(sweep: Sweep) -> None:
+    """Raise InputError if a grid has no values, or more combinations than runs."""
+    if sweep.design != GRID:
+        return
+    drawn = next((factor for factor in sweep.factors if not factor.is_list), None)
+    if drawn is not None:
+        raise InputError(
+            f"a grid needs lists of values, but {drawn.name} is {drawn.kind}",
+            "use --design random, or list its values",
+        )
+    if sweep.plan.combinations > sweep.runs:
+        raise InputError(
+            f"the grid has {sweep.plan.combinations} combinations, but only {sweep.runs} runs",
+            f"use --runs {sweep.plan.combinations} or more, or --design random",
+        )
+
+
+def _worlds(pattern: str) -> list[str]:
+    """Return the files that a pattern names, else the shipped worlds."""
+    path = Path(pattern)
+    base = Path(path.anchor) if path.is_absolute() else Path()
+    parts = path.relative_to(base) if path.is_absolute() else path
+    files = [file for file in sorted(base.glob(str(parts))) if file.is_file()]
+    found = [str(file) for file in files] or [
+        file.stem for file in world_files() if fnmatch(file.stem, pattern)
+    ]
+    if not found:
+        raise InputError(
+            f"no world file matches {pattern!r}",
+            "quote it: --worlds 'worlds/*.yaml'; `treepilot list worlds` lists shipped ones",
+        )
+    return found
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return " ".join(f"{name}={text}" for name, text in value.items()) or "none"
+    return "the mission's" if value is None else str(value)
+
+
+def _factor_shown(plain: Mapping[str, Any] | None) -> str:
+    if plain is None:
+        return "not there"
+    if plain["values"]:
+        return ",".join(plain["values"])
+    return f"{plain['kind']}({plain['low']:g}, {plain['high']:g}) {plain['unit']}".rstrip()

@@ -1,0 +1,133 @@
+"""Checks of a sweep before anything runs: every factor is tried on the mission."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from missions.bench.conditions import digest
+from missions.execution.prepare import PreparedMission, prepare
+from missions.execution.resources import MISSIONS
+from missions.sweeps.asked import Sweep, check_runs
+from missions.sweeps.design import BY_SCIPY
+from missions.sweeps.factors import NORMAL, Factor
+from robots.bodies import body_kind
+from stack.errors import InputError
+from stack.optional_packages import SCIPY
+from stack.parameters import suggestion
+
+Refusal = Callable[[Factor, InputError], InputError]
+"""Returns the error of a factor, with its place."""
+
+FRACTION = 0.3819
+"""Where between its ends a distribution is tried: a setting that refuses this is a whole number."""
+
+
+@dataclass(frozen=True)
+class CheckedSweep:
+    """A sweep that can run.
+
+    Attributes:
+        sweep: with factors of whole numbers as such.
+        files: digest of each file that its missions read, by name.
+    """
+
+    sweep: Sweep
+    files: dict[str, str]
+
+
+def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
+    """Try the mission as it is, and with each value of each factor, or its ends.
+
+    Combinations are not tried: a run whose combination the mission refuses has that outcome.
+
+    Raises:
+        InputError: the mission has errors, a factor is unknown or a value is refused; or a package
+            is missing.
+    """
+    if sweep.design in BY_SCIPY:
+        SCIPY.require(f"the design {sweep.design} needs")
+    check_runs(sweep)
+    plan = prepare(sweep.mission, sweep.options({}, sweep.seed))
+    plans = [plan]
+    factors = []
+    for factor in sweep.factors:
+        try:
+            _check_name(factor, plan)
+            plans += [_tried(sweep, factor, text) for text in factor.probes]
+        except InputError as error:
+            raise refusal(factor, error) from None
+        factors.append(replace(factor, whole=_is_whole(sweep, factor)))
+    for one in plans:
+        _check_body(one)
+    files = {
+        _name(file, plan): digest(file.read_bytes())
+        for one in plans for file in dict.fromkeys([*one.read, *one.files]) if file.is_file()
+    }  # fmt: skip
+    return CheckedSweep(replace(sweep, factors=tuple(factors)), files)
+
+
+def option_refusal(factor: Factor, error: InputError) -> InputError:
+    """Return the error of a factor of the command line."""
+    return InputError(f"--vary {factor.name}: {error}")
+
+
+def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[str]:
+    """Yield which files differ, as sentences."""
+    for name in {**before, **now}:
+        if name not in now:
+            yield f"{name} is not read any more"
+        elif before.get(name) != now[name]:
+            yield f"{name} has changed" if name in before else f"{name} is read now"
+
+
+def _check_name(factor: Factor, plan: PreparedMission) -> None:
+    """Raise InputError for a name that is neither an argument nor that of a component."""
+    name = factor.name
+    known = [*plan.mission.arguments, "world", "robot", "start"]
+    if "." not in name and name not in known:
+        raise InputError(
+            f"the mission {plan.mission.source.name} has no argument {name!r}",
+            f"{suggestion(name, known)}; parameters of components are KIND.NAME, as `treepilot"
+            " parameters` lists them",
+        )
+
+
+def _tried(sweep: Sweep, factor: Factor, text: str) -> PreparedMission:
+    try:
+        return prepare(sweep.mission, sweep.options({factor.name: text}, sweep.seed))
+    except InputError as error:
+        cut = f" (the distribution is cut at 3 deviations: {' to '.join(factor.probes)})"
+        where = cut if factor.kind == NORMAL else ""
+        raise InputError(f"{text} is refused{where}: {error}") from None
+
+
+def _is_whole(sweep: Sweep, factor: Factor) -> bool:
+    """Whether the mission accepts whole numbers only, and the ends of the distribution are such."""
+    if factor.is_list or not all(end.is_integer() for end in factor.ends):
+        return False
+    low, high = factor.ends
+    fraction = f"{low + FRACTION * (high - low)!r} {factor.unit}".rstrip()
+    try:
+        prepare(sweep.mission, sweep.options({factor.name: fraction}, sweep.seed))
+    except InputError:
+        return True
+    return False
+
+
+def _check_body(plan: PreparedMission) -> None:
+    """Raise InputError for a robot that is not simulated: a sweep would drive a real one."""
+    if plan.recording is None and not body_kind(plan.robot.body).simulates:
+        raise InputError(
+            f"the robot {plan.robot.name} has the body {plan.robot.body}: a sweep runs simulations",
+            "choose a simulated robot with --robots, or `body: simulated` in its file",
+        )
+
+
+def _name(file: Path, plan: PreparedMission) -> str:
+    """Return the name of a file that is the same on other machines, as far as there is one."""
+    for base in (MISSIONS.parent, plan.mission.source.absolute().parent):
+        if file.is_relative_to(base):
+            return file.relative_to(base).as_posix()
+    return str(file)

@@ -1,0 +1,173 @@
+"""Claims about sweeps: `success > 0.97 at 95 %` for `--until`, `success < 0.95` for `--fail-if`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from operator import ge, gt, le, lt
+from statistics import median
+
+from missions.bench.bench import wilson
+from missions.sweeps.row import CRASHED, HUNG, KILLED, REFUSED, SweepRow, counted
+from missions.sweeps.statistics import is_proved
+from stack.errors import InputError
+from stack.parameters import suggestion
+
+Figure = Callable[[Sequence[SweepRow]], float | None]
+
+COMPARISONS = {"<": lt, "<=": le, ">": gt, ">=": ge}
+
+_CLAIM = re.compile(r"success\s*>\s*([\d.]+)\s*(%?)\s+at\s+([\d.]+)\s*%")
+_CONDITION = re.compile(r"([a-z_.]+)\s*(<=|>=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(%?)")
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A claim about the rate of success.
+
+    Attributes:
+        text: as written.
+        rate: above which the rate of success is claimed to be.
+        error: probability of a wrong answer that is accepted.
+    """
+
+    text: str
+    rate: float
+    error: float
+
+    def verdict(self, rows: Sequence[SweepRow]) -> bool | None:
+        """Whether the claim is proved (True) or its opposite (False); None: neither yet.
+
+        Runs count in the order of their numbers, up to the first one that is missing: a run that
+        fails may take longer, so that those which are over are no fair sample. The answer is the
+        first one that the runs give.
+        """
+        successes = trials = 0
+        for number, row in enumerate(sorted(rows, key=lambda row: row.number)):
+            if row.number != number:
+                break
+            if not row.counts:
+                continue
+            successes, trials = successes + row.is_success, trials + 1
+            proved = is_proved(successes, trials, self.rate, self.error)
+            if proved is not None:
+                return proved
+        return None
+
+    def told(self, rows: Sequence[SweepRow]) -> str:
+        """Return the verdict in words."""
+        words = {True: "proved", False: "refuted: its opposite is proved", None: "not decided"}
+        return f"{self.text}: {words[self.verdict(rows)]}"
+
+
+def read_claim(text: str) -> Claim:
+    """Read `success > 0.97 at 95 %`.
+
+    Raises:
+        InputError: it is something else.
+    """
+    found = _CLAIM.fullmatch(text.strip())
+    example = "write it as 'success > 0.97 at 95 %'"
+    if found is None:
+        raise InputError(f"--until {text}: not a claim about the rate of success", example)
+    rate = _number(found[1]) * (0.01 if found[2] else 1.0)
+    certainty = _number(found[3]) * 0.01
+    if not 0.0 < rate < 1.0:
+        raise InputError(f"--until {text}: the rate {rate:g} is not between 0 and 1", example)
+    if not 0.5 <= certainty < 1.0:
+        raise InputError(
+            f"--until {text}: the certainty {certainty:.4g} is not in [0.5, 1)", example
+        )
+    return Claim(text.strip(), rate, 1.0 - certainty)
+
+
+def _rate(rows: Sequence[SweepRow]) -> float | None:
+    successes, runs = counted(rows)
+    return successes / runs if runs else None
+
+
+def _share_of(*outcomes: str) -> Figure:
+    def share(rows: Sequence[SweepRow]) -> float | None:
+        return sum(row.outcome in outcomes for row in rows) / len(rows) if rows else None
+
+    return share
+
+
+def _of(
+    read: Callable[[SweepRow], float | None], summary: Callable[[list[float]], float]
+) -> Figure:
+    def figure(rows: Sequence[SweepRow]) -> float | None:
+        values = [value for row in rows if (value := read(row)) is not None]
+        return summary(values) if values else None
+
+    return figure
+
+
+FIGURES: dict[str, Figure] = {
+    "success": _rate,
+    "success.low": lambda rows: wilson(*counted(rows))[0],
+    "crashed": _share_of(CRASHED, HUNG, KILLED),
+    "refused": _share_of(REFUSED),
+    "collisions": _of(lambda row: row.collisions, lambda values: sum(values) / len(values)),
+    "time": _of(lambda row: row.seconds if row.is_success else None, median),
+    "clearance": _of(lambda row: row.clearance, min),
+    "error": _of(lambda row: row.error_max, max),
+}
+"""Figures of conditions: rate of success and the lower end of its 95 % interval; share of runs that
+crashed, hung or were killed, and of refused ones; contacts a run; median time of the successes;
+least clearance; largest error of the pose."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A condition on a figure of a sweep.
+
+    Attributes:
+        text: as written.
+        figure: key of FIGURES.
+        comparison: < | <= | > | >=
+    """
+
+    text: str
+    figure: str
+    comparison: str
+    number: float
+
+    def holds(self, rows: Sequence[SweepRow]) -> bool:
+        """Whether it holds; of a figure that no run has, it does, so that a check cannot pass."""
+        value = FIGURES[self.figure](rows)
+        return value is None or bool(COMPARISONS[self.comparison](value, self.number))
+
+    def told(self, rows: Sequence[SweepRow]) -> str:
+        """Return the condition with the value of its figure."""
+        value = FIGURES[self.figure](rows)
+        shown = "no run has this figure" if value is None else f"{self.figure} is {value:.4g}"
+        return f"{self.text}: {shown}"
+
+
+def read_condition(text: str) -> Condition:
+    """Read `success < 0.95`.
+
+    Raises:
+        InputError: it is something else.
+    """
+    found = _CONDITION.fullmatch(text.strip())
+    if found is None:
+        raise InputError(
+            f"--fail-if {text}: not FIGURE, a comparison and a number",
+            "write it as 'success < 0.95'",
+        )
+    if found[1] not in FIGURES:
+        raise InputError(
+            f"--fail-if {text}: there is no figure {found[1]!r}", suggestion(found[1], FIGURES)
+        )
+    number = _number(found[3]) * (0.01 if found[4] else 1.0)
+    return Condition(text.strip(), found[1], found[2], number)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{text!r} is not a number") from None

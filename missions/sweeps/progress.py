@@ -1,0 +1,69 @@
+"""Progress of a sweep, as one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from time import perf_counter
+
+from missions.bench.bench import wilson
+from missions.sweeps.row import SweepRow, counted
+
+PLAIN_PERIOD = 10.0
+"""Wall seconds between two lines where lines cannot be overwritten."""
+
+
+class Progress:
+    """Tells how far a sweep is.
+
+    Args:
+        total: number of runs.
+        show: writes a line over the one before, on a terminal.
+        tell: writes a line.
+        overwrites: whether there is a terminal.
+    """
+
+    def __init__(
+        self, total: int, show: Callable[[str], None], tell: Callable[[str], None], *,
+        overwrites: bool,
+    ) -> None:  # fmt: skip
+        self._total, self._show, self._tell = total, show, tell
+        self._overwrites = overwrites
+        self._began = self._told = perf_counter()
+        self._before: int | None = None
+
+    def update(self, rows: Sequence[SweepRow]) -> None:
+        """Show the runs that are over, if it is time."""
+        if self._before is None:
+            self._before = len(rows)
+        if self._overwrites:
+            self._show(self.line(rows))
+        elif perf_counter() - self._told >= PLAIN_PERIOD:
+            self._told = perf_counter()
+            self._tell(self.line(rows))
+
+    def line(self, rows: Sequence[SweepRow]) -> str:
+        """Return runs, rate of success with its interval, runs a minute and the time left."""
+        done = len(rows)
+        minutes = (perf_counter() - self._began) / 60.0
+        made = done - (self._before or 0)
+        text = f"{done}/{self._total} runs, {rate_text(rows)}"
+        if not made:
+            return text
+        pace = made / max(minutes, 1e-9)
+        return f"{text}, {pace:.1f} runs a minute, {_duration((self._total - done) / pace)} left"
+
+
+def rate_text(rows: Sequence[SweepRow]) -> str:
+    """Return the rate of success with its 95 % interval."""
+    successes, runs = counted(rows)
+    if not runs:
+        return "no result yet"
+    low, high = wilson(successes, runs)
+    return f"success {successes / runs:.1%} ({low:.1%} to {high:.1%})"
+
+
+def _duration(minutes: float) -> str:
+    seconds = round(60.0 * minutes)
+    if seconds < 90:
+        return f"{seconds} s"
+    return f"{seconds // 60} min" if seconds < 5400 else f"{minutes / 60.0:.1f} h"

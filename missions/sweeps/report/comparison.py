@@ -1,0 +1,102 @@
+"""Two sweeps compared, each statement with its test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from statistics import median
+
+from missions.bench.bench import wilson
+from missions.sweeps.report.results import Results
+from missions.sweeps.row import SweepRow, counted
+from missions.sweeps.statistics import mann_whitney, mcnemar, newcombe
+
+CERTAIN = 0.05
+"""Significance level."""
+
+LEAST = 8
+"""Values of each sweep from which the normal approximation of the rank test holds."""
+
+FIGURES: dict[str, tuple[str, Callable[[SweepRow], float | None]]] = {
+    "time of the successes": ("s", lambda row: row.seconds if row.is_success else None),
+    "distance of the successes": ("m", lambda row: row.distance if row.is_success else None),
+    "clearance": ("m", lambda row: row.clearance),
+    "largest pose error": ("m", lambda row: row.error_max),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A figure of two sweeps.
+
+    Attributes:
+        figure: its name.
+        values: of the first and of the second sweep, as text.
+        statement: the difference of the second to the first, and what the test says.
+        is_certain: whether the difference is significant.
+    """
+
+    figure: str
+    values: tuple[str, str]
+    statement: str
+    is_certain: bool
+
+
+def compared(first: Results, second: Results) -> Iterator[Compared]:
+    """Yield the figures of two sweeps, that of success first."""
+    yield _success(first, second)
+    for name, (unit, read) in FIGURES.items():
+        before, after = (
+            [value for row in one.counting if (value := read(row)) is not None]
+            for one in (first, second)
+        )
+        if min(len(before), len(after)) < LEAST:
+            continue
+        share, p_value = mann_whitney(after, before)
+        yield Compared(
+            name,
+            (f"{median(before):.3g} {unit}", f"{median(after):.3g} {unit}"),
+            f"larger in {share:.0%} of all pairs; Mann-Whitney p = {_p(p_value)}",
+            p_value < CERTAIN,
+        )
+
+
+def _success(first: Results, second: Results) -> Compared:
+    pairs = pairs_of(first, second)
+    rates = _rate(first), _rate(second)
+    if pairs:
+        lost = sum(one.is_success and not other.is_success for one, other in pairs)
+        won = sum(other.is_success and not one.is_success for one, other in pairs)
+        p_value = mcnemar(lost, won)
+        statement = (
+            f"{len(pairs)} pairs with the same seed and settings: {won} succeed only in the second,"
+            f" {lost} only in the first; McNemar (exact) p = {_p(p_value)}"
+        )
+        return Compared("success", rates, statement, p_value < CERTAIN)
+    one, other = counted(second.rows), counted(first.rows)
+    if not (one[1] and other[1]):
+        return Compared("success", rates, "one of them has no run that counts", False)
+    low, high = newcombe(one, other)
+    difference = one[0] / one[1] - other[0] / other[1]
+    statement = f"{difference:+.1%}, 95 % interval {low:+.1%} to {high:+.1%} (Newcombe, unpaired)"
+    return Compared("success", rates, statement, low > 0.0 or high < 0.0)
+
+
+def pairs_of(first: Results, second: Results) -> list[tuple[SweepRow, SweepRow]]:
+    """Return the runs with the same number, seed and settings; none if any common run differs."""
+    others = {row.number: row for row in second.counting}
+    pairs = [(row, others[row.number]) for row in first.counting if row.number in others]
+    same = all(one.seed == two.seed and one.settings == two.settings for one, two in pairs)
+    return pairs if same else []
+
+
+def _rate(results: Results) -> str:
+    successes, runs = counted(results.rows)
+    if not runs:
+        return "no run"
+    low, high = wilson(successes, runs)
+    return f"{successes}/{runs}, {successes / runs:.1%} ({low:.1%} to {high:.1%})"
+
+
+def _p(p_value: float) -> str:
+    return "< 0.001" if p_value < 0.001 else f"{p_value:.3f}"

@@ -1,0 +1,249 @@
+"""The HTML page about a sweep, or about two: no scripts, nothing from the network."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from missions.inspection.page.style import STYLE
+from missions.sweeps.progress import rate_text
+from missions.sweeps.report.charts import histogram, rates_chart
+from missions.sweeps.report.comparison import compared
+from missions.sweeps.report.places import failure_maps
+from missions.sweeps.report.results import Results, levels_of, read_results
+from missions.sweeps.row import SweepRow
+from missions.sweeps.statistics import PERMUTATIONS, sensitivities
+from stack.types import FloatArray
+from stack.types.printable import printable
+
+__all__ = ["page_of", "read_results"]
+
+MOST_CLUSTERS, MOST_EXAMPLES = 30, 3
+
+OWN_STYLE = """
+.interval { stroke: var(--busy); stroke-width: 3; } .rate { fill: var(--ink); }
+figure.map { max-width: 720px; }
+"""
+
+DISTRIBUTIONS: tuple[tuple[str, str, Callable[[SweepRow], float | None]], ...] = (
+    ("simulated time", "s", lambda row: row.seconds),
+    ("driven distance", "m", lambda row: row.distance),
+    ("least clearance", "m", lambda row: row.clearance),
+    ("largest pose error", "m", lambda row: row.error_max),
+)
+
+
+def page_of(every: Sequence[Results], base: Path) -> str:
+    """Return the page about one sweep, or two.
+
+    Args:
+        every: the sweeps.
+        base: folder of the page; links are relative to it.
+    """
+    title = " and ".join(f"sweep {one.name}" for one in every)
+    parts = [_comparison(*every)] if len(every) == 2 else []
+    for results in every:
+        parts.append(_about(results, base))
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{_safe(title)}</title><style>{STYLE}{OWN_STYLE}</style></head><body>"
+        + "\n".join(parts)
+        + "</body></html>\n"
+    )
+
+
+def _about(results: Results, base: Path) -> str:
+    sweep, done = results.sweep, len(results.rows)
+    runs = f"{done} of {sweep.runs} runs" if done < sweep.runs else f"{done} runs"
+    mission, folder = _safe(Path(sweep.mission).stem), _safe(results.name)
+    parts = [
+        f"<h1>{mission} <span class='dim'>{folder}</span></h1>",
+        f'<p class="lead">{_safe(rate_text(results.rows))}; {runs}, {sweep.design}</p>',
+        _outcomes(results),
+        _section("Success by factor", _rates(results)),
+        _section("Distributions", _distributions(results)),
+        _section("What failed", _clusters(results, base)),
+        _section("What matters", _sensitivity(results)),
+        _section("Where runs fail", _places(results)),
+        _section("Design", _design(results)),
+    ]
+    return "\n".join(parts)
+
+
+def _section(title: str, content: str) -> str:
+    return f"<h2>{title}</h2>{content}" if content else ""
+
+
+def _outcomes(results: Results) -> str:
+    counts = Counter(row.outcome for row in results.rows)
+    words = [f"{outcome} {count}" for outcome, count in counts.most_common()]
+    different = [row.number for row in results.rows if row.is_repeatable is False]
+    note = ""
+    if different:
+        numbers = ", ".join(map(str, different[:20]))
+        note = (
+            f'<p class="note">Not repeatable: the runs {numbers} had other events when they ran'
+            " again with records.</p>"
+        )
+    return f"<p>{_safe(', '.join(words))}</p>{note}"
+
+
+def _rates(results: Results) -> str:
+    charts = [rates_chart(one.name, levels_of(one, results.counting)) for one in results.varying]
+    return _side_by_side(charts) if results.counting else ""
+
+
+def _distributions(results: Results) -> str:
+    charts = []
+    for title, unit, read in DISTRIBUTIONS:
+        good, bad = (_values(results.counting, read, success=wanted) for wanted in (True, False))
+        charts.append(histogram(title, unit, good, bad))
+    return _side_by_side(charts) + (
+        '<p class="dim">Number of runs; <span style="color: var(--good)">succeeded</span>, '
+        '<span style="color: var(--bad)">did not</span>.</p>'
+    )
+
+
+def _values(
+    rows: Sequence[SweepRow], read: Callable[[SweepRow], float | None], *, success: bool
+) -> FloatArray:
+    values = [read(row) for row in rows if row.is_success is success]
+    return np.array([value for value in values if value is not None], dtype=np.float64)
+
+
+def _clusters(results: Results, base: Path) -> str:
+    """Return the failures that have outcome, cause, node and code in common."""
+    found: dict[tuple[str, str, str, str], list[SweepRow]] = defaultdict(list)
+    for row in results.rows:
+        if not row.is_success:
+            found[row.outcome, row.cause, row.node, row.code].append(row)
+    ranked = sorted(found.items(), key=lambda item: -len(item[1]))[:MOST_CLUSTERS]
+    if not ranked:
+        return "<p>No run failed.</p>"
+    lines = "".join(
+        f'<tr><td class="number">{len(rows)}</td><td>{_safe(outcome)}</td><td>{_safe(cause)}</td>'
+        f"<td>{_safe(node)}</td><td>{_safe(code)}</td><td>{_safe(rows[0].reason)}</td>"
+        f"<td>{''.join(_example(results, row, base) for row in rows[:MOST_EXAMPLES])}</td></tr>"
+        for (outcome, cause, node, code), rows in ranked
+    )
+    return (
+        '<div class="scroll"><table><tr class="head"><th>runs</th><th>outcome</th><th>cause</th>'
+        "<th>node</th><th>code</th><th>the first one</th><th>see it</th></tr>"
+        f"{lines}</table></div>"
+    )
+
+
+def _example(results: Results, row: SweepRow, base: Path) -> str:
+    """Return a link to a kept run and the command that replays it, or the one that runs it."""
+    if not row.folder:
+        return f"<div>{row.number}: <code>{_safe(run_command(results, row))}</code></div>"
+    folder = results.folder / row.folder
+    link = escape(os.path.relpath(folder, base.absolute()), quote=True)
+    here = Path.cwd()
+    shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
+    command = shlex.join(["treepilot", "replay", str(shown)])
+    return f'<div><a href="{link}/">{row.number}</a>: <code>{_safe(command)}</code></div>'
+
+
+def run_command(results: Results, row: SweepRow) -> str:
+    """Return the command that makes a run again, with its records."""
+    options = results.sweep.options(row.settings, row.seed)
+    words = ["treepilot", "run", results.sweep.mission, "--seed", str(row.seed)]
+    for option, value in (("--robot", options.robot), ("--world", options.world),
+                          ("--start", options.start)):  # fmt: skip
+        words += [] if value is None else [option, value]
+    for option, values in (("--set", options.arguments), ("--parameter", options.parameters)):
+        words += [word for name, text in (values or {}).items()
+                  for word in (option, f"{name}={text}")]  # fmt: skip
+    return shlex.join(words)
+
+
+def _sensitivity(results: Results) -> str:
+    """Return the factors by the share of the variance of success and time that they explain."""
+    rows = results.counting
+    if not results.varying or len(rows) < 2:
+        return ""
+    good = [row for row in rows if row.is_success and row.seconds is not None]
+    tables = []
+    for title, of, figure in (
+        ("success", rows, [float(row.is_success) for row in rows]),
+        ("time of the successes", good, [row.seconds or 0.0 for row in good]),
+    ):
+        if len(set(figure)) < 2:
+            continue
+        values = {
+            factor.name: [factor.typed(row.settings[factor.name]) for row in of]
+            for factor in results.varying
+        }
+        lines = "".join(
+            f'<tr><td>{_safe(one.factor)}</td><td class="number">{one.share:.1%}</td>'
+            f'<td class="number">{one.p_value:.3f}</td></tr>'
+            for one in sensitivities(values, figure)
+        )
+        tables.append(
+            f'<table><tr class="head"><th>{title}: factor</th><th>explains</th><th>p</th></tr>'
+            f"{lines}</table>"
+        )
+    if not tables:
+        return ""
+    return _side_by_side([f'<div class="plot">{table}</div>' for table in tables]) + (
+        '<p class="dim">Share of the variance that the values of one factor explain (correlation '
+        "ratio), less what random groups of the same sizes explain; p: share of "
+        f"{PERMUTATIONS} permutations that explain as much. Factors that act only together are not "
+        "seen.</p>"
+    )
+
+
+def _places(results: Results) -> str:
+    maps = [
+        f"<div class='run'>{f'<b>{_safe(Path(name).stem)}</b>' if name else ''}{figure}</div>"
+        for name, figure in failure_maps(results)
+    ]
+    return f'<div class="runs">{"".join(maps)}</div>' if maps else ""
+
+
+def _design(results: Results) -> str:
+    sweep = results.sweep
+    lines = [("runs", f"{sweep.runs}, {sweep.design}, first seed {sweep.seed}"),
+             ("time limit", f"{sweep.time_limit:g} s")]  # fmt: skip
+    for factor in sweep.factors:
+        unit = f" {factor.unit}" if factor.unit else ""
+        drawn = f"{factor.kind}({factor.low:g}{unit}, {factor.high:g}{unit})"
+        lines.append((factor.name, ", ".join(factor.values) if factor.is_list else drawn))
+    lines += [*sweep.arguments.items(), *sweep.parameters.items()]
+    versions = results.rows[-1].versions
+    lines.append(("versions", ", ".join(f"{name} {text}" for name, text in versions.items())))
+    rows = "".join(f"<tr><th>{_safe(name)}</th><td>{_safe(text)}</td></tr>" for name, text in lines)
+    return f"<table>{rows}</table>"
+
+
+def _comparison(first: Results, second: Results) -> str:
+    lines = "".join(
+        f"<tr><td>{_safe(one.figure)}</td><td>{_safe(one.values[0])}</td>"
+        f"<td>{_safe(one.values[1])}</td>"
+        f"<td>{'<b>significant</b>: ' if one.is_certain else ''}{_safe(one.statement)}</td></tr>"
+        for one in compared(first, second)
+    )
+    names = "".join(f"<th>{_safe(one.name)}</th>" for one in (first, second))
+    return (
+        f"<h1>{_safe(first.name)} and {_safe(second.name)}</h1>"
+        f'<table><tr class="head"><th></th>{names}'
+        f"<th>the second, compared with the first</th></tr>{lines}</table>"
+        '<p class="dim">Medians; significance at 5 % each. With several rows, one of them is '
+        "significant by chance more often than that.</p>"
+    )
+
+
+def _side_by_side(figures: Sequence[str]) -> str:
+    return f'<div class="plots">{"".join(figures)}</div>' if any(figures) else ""
+
+
+def _safe(words: str) -> str:
+    return escape(printable(words))

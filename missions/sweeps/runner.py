@@ -1,0 +1,109 @@
+"""Runs of a sweep in several processes: journal, table, and when to stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from time import perf_counter
+
+from missions.bench.processes import ProcessEnded, results
+from missions.execution.resources import versions
+from missions.sweeps.checking import CheckedSweep
+from missions.sweeps.claims import Claim
+from missions.sweeps.design import RunDescription
+from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
+from missions.sweeps.table import SweepFolder
+from missions.sweeps.worker import SweepInputs, start_worker
+
+RUNS_PER_PROCESS = 200
+"""A process is replaced after so many runs: each leaves some memory behind (docs/sweeps.md)."""
+
+TABLE_PERIOD = 60.0
+"""Wall seconds between two writes of the table."""
+
+SILENCE = 300.0
+"""Wall seconds without a step after which a run counts as hung: longer than the kernels of a fresh
+installation take to compile."""
+
+Follow = Callable[[list[SweepRow]], None]
+"""Gets all rows so far, after each run and at times in between."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How a sweep is run; its results do not depend on it.
+
+    Attributes:
+        jobs: processes.
+        until: claim that ends the sweep once it is decided.
+        silence: wall seconds without a step after which a run counts as hung.
+    """
+
+    jobs: int = 1
+    until: Claim | None = None
+    silence: float = SILENCE
+
+
+def run_sweep(
+    asked: CheckedSweep, folder: SweepFolder, effort: Effort, follow: Follow
+) -> list[SweepRow]:
+    """Make the runs that the folder lacks; return all rows, in the order of the runs.
+
+    However it ends, the rows of the runs that are over are in the journal.
+
+    Raises:
+        InputError: the folder has another sweep, or cannot be written.
+    """
+    rows = folder.begin(asked)
+    missing = _missing(asked, rows)
+    try:
+        if not _is_decided(effort.until, rows):
+            _fill(missing, rows, asked, folder, effort, follow)
+    finally:
+        folder.tabulate(rows, asked.sweep)
+    return sorted(rows, key=lambda row: row.number)
+
+
+def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
+    missing: Iterator[RunDescription], rows: list[SweepRow], asked: CheckedSweep,
+    folder: SweepFolder, effort: Effort, follow: Follow,
+) -> None:  # fmt: skip
+    """Append the rows of missing runs, until all are there or the claim is decided."""
+    inputs = SweepInputs(asked.sweep, folder.runs)
+    made = results(
+        partial(start_worker, inputs), missing, effort.jobs, RUNS_PER_PROCESS,
+        silence=effort.silence, looked=lambda: follow(rows),
+    )  # fmt: skip
+    tabulated = perf_counter()
+    with folder.open_journal() as journal, closing(made):  # type: ignore[type-var]
+        for run, result in made:
+            row = _row(run, result)
+            folder.write(journal, row)
+            rows.append(row)
+            follow(rows)
+            if _is_decided(effort.until, rows):
+                return
+            if perf_counter() - tabulated >= TABLE_PERIOD:
+                folder.tabulate(rows, asked.sweep)
+                tabulated = perf_counter()
+
+
+def _missing(asked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
+    done = {row.number for row in rows}
+    return (run for run in asked.sweep.descriptions() if run.number not in done)
+
+
+def _is_decided(until: Claim | None, rows: list[SweepRow]) -> bool:
+    return until is not None and until.verdict(rows) is not None
+
+
+def _row(run: RunDescription, result: SweepRow | ProcessEnded | BaseException) -> SweepRow:
+    """Return the row of a run, also of one whose process has ended."""
+    if isinstance(result, SweepRow):
+        return result
+    if isinstance(result, BaseException):
+        raise result
+    outcome = HUNG if result.hung else KILLED if result.killed else CRASHED
+    return SweepRow.without_figures(run, outcome, result.reason, versions())

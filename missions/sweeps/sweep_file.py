@@ -1,0 +1,160 @@
+"""Files of sweeps: the words of the command line as YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from missions.sweeps.asked import KEEP
+from missions.sweeps.design import DESIGNS
+from missions.sweeps.factors import Factor, listed, read_factor
+from stack.documents import Finding, Findings, Mark, Node, Section, read_file
+from stack.errors import InputError
+from stack.parameters import REQUIRED, Declaration
+
+WHAT, CODE = "sweep file", "E520"
+
+KEYS = {
+    declared.name: declared
+    for declared in (
+        Declaration("mission", str, "mission file or name of a shipped mission", default=REQUIRED),
+        Declaration("runs", int, "number of runs", default=None, at_least=1),
+        Declaration("design", str, "how values are chosen", default=None, one_of=DESIGNS),
+        Declaration("worlds", str, "pattern of world files, or of names", default=None),
+        Declaration("seed", int, "seed of the first run", default=None, at_least=0),
+        Declaration("jobs", int, "processes", default=None, at_least=1),
+        Declaration("out", str, "folder of the results", default=None),
+        Declaration("keep", str, "runs whose folders are kept", default=None, one_of=KEEP),
+        Declaration("time_limit", float, "simulated time", "s", default=None, above=0.0),
+        Declaration("hang_after", float, "wall time", "s", default=None, above=0.0),
+        Declaration("until", str, "claim that ends the sweep", default=None),
+    )
+}
+
+OTHERS = ("vary", "robots", "set", "parameters", "fail_if")
+
+
+@dataclass(frozen=True)
+class SweepWords:
+    """What a file says; None and empty: nothing.
+
+    Attributes:
+        values: of KEYS, by key.
+        factors: under `vary`. marks: their positions, by name.
+        robots: under `robots`. arguments: under `set`. parameters: under `parameters`.
+        fail_if: conditions.
+    """
+
+    values: Mapping[str, Any]
+    factors: tuple[Factor, ...] = ()
+    marks: Mapping[str, Mark] = field(default_factory=dict)
+    robots: tuple[str, ...] = ()
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    fail_if: tuple[str, ...] = ()
+
+    def refusal(self, factor: Factor, error: InputError) -> InputError:
+        """Return the error of a factor, with its place in the file if it is there."""
+        if factor.name not in self.marks:
+            return InputError(f"--vary {factor.name}: {error}")
+        sentence = f"vary: {factor.name}: {error}"
+        return InputError([Finding(self.marks[factor.name], CODE, sentence)])
+
+
+NOTHING = SweepWords({})
+
+
+def is_sweep_file(path: Path) -> bool:
+    """Whether a file is one of a sweep, and no mission."""
+    if path.suffix not in (".yaml", ".yml") or not path.is_file():
+        return False
+    try:
+        node = read_file(path, WHAT)
+    except InputError:
+        return False  # the reader of missions says what is wrong
+    return node.get("run") is None and any(node.get(key) for key in ("runs", "vary", "worlds"))
+
+
+def read_sweep_file(path: Path) -> SweepWords:
+    """Read a file.
+
+    Raises:
+        InputError: it has errors; all of them as findings with line and column.
+    """
+    findings = Findings()
+    top = Section(read_file(path, WHAT), findings, "the sweep", CODE, (*KEYS, *OTHERS))
+    values = {name: top.value(declared) for name, declared in KEYS.items()}
+    factors = _factors(top.node_of("vary"), findings)
+    words = SweepWords(
+        values, tuple(factors.values()), {name: mark for name, mark in _marks(top.node_of("vary"))},
+        tuple(_text(item) for item in top.sequence("robots")),
+        _texts(top.node_of("set"), "set", findings),
+        _texts(top.node_of("parameters"), "parameters", findings),
+        _conditions(top.node_of("fail_if")),
+    )  # fmt: skip
+    top.done()
+    findings.raise_errors()
+    return _located(words, path.parent)
+
+
+def _located(words: SweepWords, folder: Path) -> SweepWords:
+    """Return the words with names of files relative to the folder of the sweep file."""
+    values = dict(words.values)
+    if (folder / str(values["mission"])).exists():
+        values["mission"] = str(folder / values["mission"])
+    if values["worlds"] is not None and "/" in values["worlds"]:
+        values["worlds"] = str(folder / values["worlds"])
+    robots = tuple(str(folder / name) if "/" in name else name for name in words.robots)
+    return SweepWords(
+        values, words.factors, words.marks, robots, words.arguments, words.parameters, words.fail_if
+    )
+
+
+def _factors(node: Node | None, findings: Findings) -> dict[str, Factor]:
+    found: dict[str, Factor] = {}
+    if node is None:
+        return found
+    if not node.is_mapping:
+        hint = "write one line a factor: controller.cruise_speed: uniform(0.4, 0.8)"
+        findings.add(CODE, node.mark, f"vary: expected a mapping, got {node.words()}", hint)
+    for key, value in node.entries:
+        name = str(key.value)
+        try:
+            if value.is_sequence:
+                found[name] = listed(name, [_text(item) for item in value.items])
+            elif value.is_mapping:
+                raise InputError(f"expected a list or a distribution, got {value.words()}")
+            else:
+                found[name] = read_factor(name, _text(value))
+        except InputError as error:
+            findings.add(CODE, value.mark, f"vary: {name}: {error}")
+    return found
+
+
+def _marks(node: Node | None) -> list[tuple[str, Mark]]:
+    return [] if node is None else [(str(key.value), key.mark) for key, _ in node.entries]
+
+
+def _texts(node: Node | None, what: str, findings: Findings) -> dict[str, str]:
+    if node is None:
+        return {}
+    if not node.is_mapping:
+        findings.add(CODE, node.mark, f"{what}: expected a mapping, got {node.words()}")
+    return {str(key.value): _text(value) for key, value in node.entries}
+
+
+def _conditions(node: Node | None) -> tuple[str, ...]:
+    if node is None:
+        return ()
+    return tuple(_text(item) for item in (node.items if node.is_sequence else [node]))
+
+
+def _text(node: Node) -> str:
+    """Return a value as it would be written on the command line."""
+    if node.is_sequence:
+        return f"[{', '.join(_text(item) for item in node.items)}]"
+    if isinstance(node.value, bool):
+        return "true" if node.value else "false"
+    return "" if node.value is None else str(node.value)

@@ -1,0 +1,275 @@
+"""One run of a sweep as a function of its inputs and its description.
+
+A process makes one `RunMaker` and calls it for each run. It keeps what runs can share: modules,
+compiled kernels, prepared missions, and the simulation, which is reset. The row is the same as in a
+process of its own. A worker on another machine needs the same: the files of the mission, unpacked,
+with `SweepInputs` that name them.
+"""
+
+from __future__ import annotations
+
+import resource
+import shutil
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter, process_time
+from typing import Any
+
+from missions.bench.processes import Alive
+from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.execution.report import Report
+from missions.execution.resources import versions
+from missions.execution.run import Run, RunWatch
+from missions.execution.running import execute
+from missions.inspection.causes.failed_nodes import failed_node
+from missions.inspection.causes.ranking import causes_of
+from missions.inspection.page.story import read_story
+from missions.sweeps.asked import ALL, FAILURES, NONE, Sweep
+from missions.sweeps.design import RunDescription
+from missions.sweeps.row import CRASHED, FAILURE, REFUSED, SUCCESS, TIME_LIMIT, SweepRow
+from robots.bodies import BodySetup, MakeBody, Simulated, body_kind
+from robots.simulated import SimulatedBody
+from stack.body import Body
+from stack.errors import InputError, exception_sentence, traceback_text
+from stack.sim.simulation import Simulation
+
+PLANS = 32
+"""Prepared missions that a process keeps."""
+
+INTERRUPTION = "commanded"
+"""Cause that `diagnose` gives for an interrupted run: here the time limit interrupts it."""
+
+
+@dataclass(frozen=True)
+class SweepInputs:
+    """What all runs of a sweep have in common.
+
+    Attributes:
+        sweep: what is asked.
+        runs: folder of the run folders, absolute.
+    """
+
+    sweep: Sweep
+    runs: Path
+
+
+def start_worker(inputs: SweepInputs, alive: Alive) -> RunMaker:
+    """Return what makes the runs in a process."""
+    return RunMaker(inputs, alive)
+
+
+class RunMaker:
+    """Makes runs of a sweep, one after another.
+
+    Args:
+        inputs: of the sweep.
+        alive: called after each step.
+    """
+
+    def __init__(self, inputs: SweepInputs, alive: Alive = lambda: None) -> None:
+        self._inputs, self._alive = inputs, alive
+        self._plan = lru_cache(PLANS)(self._prepared)
+        self._simulations = SharedSimulation()
+
+    def __call__(self, run: RunDescription) -> SweepRow:
+        """Make a run; a crash is a row."""
+        began, computed = perf_counter(), process_time()
+        try:
+            row = self._made(run)
+        except InputError as error:
+            row = SweepRow.without_figures(run, REFUSED, str(error), versions())
+        except Exception as error:
+            self.close()
+            print(traceback_text(f"the run {run.number} crashed", error), file=sys.stderr)
+            row = SweepRow.without_figures(run, CRASHED, exception_sentence(error), versions())
+        return replace(
+            row, wall_seconds=round(perf_counter() - began, 3),
+            cpu_seconds=round(process_time() - computed, 3), memory_mb=round(_memory(), 1),
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Close the simulation."""
+        self._simulations.close()
+
+    def _made(self, run: RunDescription) -> SweepRow:
+        """Run; a failure runs again with records, which `diagnose` reads. It is the same run.
+
+        Recording costs more than a fifth of the time, and most runs succeed.
+        """
+        began = perf_counter()
+        plan = self._plan(run.settings)
+        prepared = perf_counter() - began
+        keep = self._inputs.sweep.keep
+        if keep == ALL:
+            folder = self._folder(run, plan)
+            first = self._executed(plan, run, folder)
+            return self._diagnosed(_row(run, first, prepared), folder, kept=True)
+        first = self._executed(plan, run, None)
+        row = _row(run, first, prepared)
+        if row.is_success:
+            return row
+        with self._records(run, plan) as folder:
+            again = self._executed(plan, run, folder)
+            row = replace(row, is_repeatable=again.report.log_sha256 == row.event_hash)
+            return self._diagnosed(row, folder, kept=keep == FAILURES)
+
+    def _prepared(self, settings: tuple[tuple[str, str], ...]) -> PreparedMission:
+        sweep = self._inputs.sweep
+        return prepare(sweep.mission, sweep.options(dict(settings), sweep.seed))
+
+    def _executed(
+        self, plan: PreparedMission, run: RunDescription, folder: Path | None
+    ) -> _Executed:
+        sweep = self._inputs.sweep
+        options = replace(sweep.options(dict(run.settings), run.seed), out=folder)
+        watch = _Watch(sweep.time_limit, self._alive)
+        make_body = None
+        if plan.recording is None and body_kind(plan.robot.body) is Simulated:
+            make_body = self._simulations.body_of(plan, options)
+        report = execute(plan, options, make_body=make_body, watch=watch)
+        return _Executed(report, watch.is_late)
+
+    def _folder(self, run: RunDescription, plan: PreparedMission) -> Path:
+        """Return the empty folder of a run.
+
+        A mission that keeps values writes them beside its run folders: each has a place of its own,
+        since runs must not depend on those before.
+        """
+        place = self._inputs.runs / f"{run.number:05d}"
+        shutil.rmtree(place, ignore_errors=True)  # of an attempt that was interrupted
+        keeps = any(symbol.keep for symbol in plan.mission.blackboard.values())
+        return place / plan.mission.source.stem if keeps else place
+
+    @contextmanager
+    def _records(self, run: RunDescription, plan: PreparedMission) -> Iterator[Path]:
+        """Return the folder of a run that failed: removed afterwards if none is kept."""
+        if self._inputs.sweep.keep != NONE:
+            yield self._folder(run, plan)
+            return
+        with TemporaryDirectory(prefix="treepilot-") as place:
+            yield Path(place) / "run"
+
+    def _diagnosed(self, row: SweepRow, folder: Path, *, kept: bool) -> SweepRow:
+        if kept:
+            row = replace(row, folder=str(folder.relative_to(self._inputs.runs.parent)))
+        if row.is_success:
+            return row
+        story = read_story(folder)
+        failed = failed_node(story)
+        causes = [cause.name for cause in causes_of(story) if cause.name != INTERRUPTION]
+        node, code = ("", "") if failed is None else (failed.name, failed.code)
+        return replace(row, node=node, code=code, cause=causes[0] if causes else "")
+
+
+class SharedSimulation:
+    """The simulation of the last run, reset for the next one of the same robot, world and start.
+
+    After `Simulation.reset` it goes on bit for bit as a new one.
+    """
+
+    def __init__(self) -> None:
+        self._scene: tuple[Any, ...] | None = None
+        self._simulation: Simulation | None = None
+        self._body: SimulatedBody | None = None
+
+    def body_of(self, plan: PreparedMission, options: RunOptions) -> MakeBody:
+        """Return what makes the body of a run. The plan's robot and world follow from the options.
+
+        Component parameters, which are most of what varies, leave robot and world as they are.
+        """
+        scene = (
+            plan.mission.source, options.robot, options.world, options.start,
+            tuple(sorted((options.arguments or {}).items())),
+        )  # fmt: skip
+
+        def make(setup: BodySetup) -> Body:
+            if self._body is None or self._simulation is None or self._scene != scene:
+                self.close()
+                self._simulation = Simulation(setup.world)
+                self._body = SimulatedBody(
+                    setup.robot, setup.world, start=setup.start, seed=setup.seed,
+                    simulation=self._simulation,
+                )  # fmt: skip
+                self._scene = scene
+            else:
+                self._simulation.reset(setup.seed)
+            return self._body
+
+        return make
+
+    def close(self) -> None:
+        """Close the simulation. Safe to call twice."""
+        if self._simulation is not None:
+            self._simulation.close()
+        self._simulation = self._body = self._scene = None
+
+
+class _Watch(RunWatch):
+    """Tells that a run gets on, and ends one that takes too long.
+
+    Attributes:
+        is_late: whether it was ended.
+    """
+
+    def __init__(self, time_limit: float, alive: Alive) -> None:
+        self.is_late = False
+        self._time_limit, self._alive, self._time = time_limit, alive, -1.0
+
+    def stepped(self, run: Run) -> None:
+        """Follow a step."""
+        time = run.engine.body.time
+        if time > self._time:
+            self._time = time
+            self._alive()
+        if time >= self._time_limit and not run.state.is_over:
+            self.is_late = True
+            run.interrupt(f"not finished after {self._time_limit:g} s")
+
+
+@dataclass(frozen=True, slots=True)
+class _Executed:
+    report: Report
+    is_late: bool
+
+
+def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
+    """Return the row of a run, without what only its records tell."""
+    report = executed.report
+    error = report.localisation_error or {}
+    end = report.final_pose.get("truth") or report.final_pose.get("estimate") or {}
+    outcomes = {"error": CRASHED, "interrupted": TIME_LIMIT, "success": SUCCESS, "failure": FAILURE}
+    return SweepRow(
+        run.number, run.seed, dict(run.settings),
+        outcome=TIME_LIMIT if executed.is_late else outcomes.get(report.status, report.status),
+        reason=report.reason,
+        seconds=round(report.simulated_seconds, 3),
+        distance=round(report.distance_m or 0.0, 3),
+        clearance=_rounded(report.min_clearance_m),
+        collisions=report.collisions,
+        pushed_into=report.pushed_into,
+        error_mean=_rounded(error.get("mean")),
+        error_max=_rounded(error.get("max")),
+        recoveries=report.recoveries,
+        replans=report.replans,
+        end_x=_rounded(end.get("x")),
+        end_y=_rounded(end.get("y")),
+        real_time_factor=round(report.real_time_factor, 2),
+        start_seconds=round(prepared + report.time_to_first_tick, 3),
+        event_hash=report.log_sha256,
+        versions=report.versions,
+    )  # fmt: skip
+
+
+def _rounded(figure: float | None) -> float | None:
+    return None if figure is None else round(figure, 4)
+
+
+def _memory() -> float:
+    """Return the resident memory of this process, MB (proc(5), `statm`)."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 1e6

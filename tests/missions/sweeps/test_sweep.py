@@ -1,0 +1,297 @@
+"""Whole sweeps: journal, table, resuming, other sweeps in the folder, files and pages."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from time import sleep  # noqa: TID251 - another process is waited for
+
+import pyarrow.parquet
+import pytest
+from typer.testing import CliRunner
+
+from missions.bench.processes import ProcessEnded
+from missions.cli.app import app
+from missions.sweeps import runner
+from missions.sweeps.asked import Sweep
+from missions.sweeps.checking import checked, option_refusal
+from missions.sweeps.design import RunDescription
+from missions.sweeps.factors import read_factor
+from missions.sweeps.row import SweepRow
+from missions.sweeps.runner import Effort, run_sweep
+from missions.sweeps.sweep_file import is_sweep_file, read_sweep_file
+from missions.sweeps.table import JOURNAL, TABLE, SweepFolder
+from stack.errors import InputError
+
+ROOT = Path(__file__).parents[3]
+
+FACTORS = (read_factor("angle", "uniform(20 deg, 60 deg)"), read_factor("times", "1,2"))
+
+
+@pytest.fixture
+def executed(monkeypatch):
+    """Runs without processes and simulation: the numbers of those that were made."""
+    made: list[int] = []
+
+    def results(start, entries, jobs, runs_per_process, **_):
+        for run in entries:
+            made.append(run.number)
+            outcome = "failure" if run.number % 5 == 4 else "success"
+            yield run, SweepRow(run.number, run.seed, dict(run.settings), outcome,
+                                seconds=10.0 + run.number, versions=runner.versions())  # fmt: skip
+
+    monkeypatch.setattr(runner, "results", results)
+    return made
+
+
+def swept(turn, out, follow=lambda rows: None, effort=None, **changes):
+    sweep = Sweep(str(turn), 12, "random", FACTORS)
+    asked = checked(replace(sweep, **changes), option_refusal)
+    return run_sweep(asked, SweepFolder(out), effort or Effort(), follow)
+
+
+def test_the_table_has_typed_factors_and_a_row_a_run(turn, tmp_path, executed):
+    rows = swept(turn, tmp_path / "out")
+    table = pyarrow.parquet.read_table(tmp_path / "out" / TABLE)
+    assert table.column_names[:4] == ["number", "seed", "angle", "times"]
+    assert str(table.schema.field("angle").type) == "double"
+    assert str(table.schema.field("times").type) == "int64"
+    assert table["number"].to_pylist() == list(range(12)) == [row.number for row in rows]
+    assert table["seconds"].to_pylist()[3] == 13.0
+    assert all(20.0 <= angle <= 60.0 for angle in table["angle"].to_pylist())
+    assert "treepilot=0" in table["versions"][0].as_py()
+
+
+def test_an_interrupted_sweep_makes_each_run_once(turn, tmp_path, executed):
+    def stop(rows):
+        if len(rows) == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        swept(turn, tmp_path / "out", stop)
+    journal = tmp_path / "out" / JOURNAL
+    journal.write_bytes(journal.read_bytes()[:-30])  # the power failed: run 4 is cut off
+    assert pyarrow.parquet.read_table(tmp_path / "out" / TABLE).num_rows == 5
+    rows = swept(turn, tmp_path / "out")
+    assert executed == [0, 1, 2, 3, 4, *range(4, 12)]
+    assert [row.number for row in rows] == list(range(12))
+    assert rows == swept(turn, tmp_path / "other")
+    assert len(journal.read_text().splitlines()) == 12
+
+
+def test_a_sweep_grows(turn, tmp_path, executed):
+    swept(turn, tmp_path / "out")
+    rows = swept(turn, tmp_path / "out", runs=20)
+    assert executed == list(range(20)) and len(rows) == 20
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"seed": 3}, "seed was 0, is 3"),
+        ({"time_limit": 60.0}, "time_limit was 3600.0, is 60.0"),
+        ({"factors": FACTORS[:1]}, "the factor times was 1,2, is not there"),
+        ({"factors": (read_factor("angle", "uniform(20 deg, 50 deg)"), FACTORS[1])},
+         r"the factor angle was uniform\(20, 60\) deg, is uniform\(20, 50\) deg"),
+        ({"factors": FACTORS[::-1]}, "in the order angle, times, are in times, angle"),
+        ({"parameters": {"controller.cruise_speed": "0.4"}}, "parameters was none, is controller"),
+    ],
+)  # fmt: skip
+def test_another_sweep_in_the_folder_is_an_error(turn, tmp_path, executed, changes, words):
+    swept(turn, tmp_path / "out")
+    with pytest.raises(InputError, match=f"has another sweep: .*{words}.*choose another --out"):
+        swept(turn, tmp_path / "out", **changes)
+
+
+def test_a_changed_mission_is_another_sweep(turn, tmp_path, executed):
+    swept(turn, tmp_path / "out")
+    turn.write_text(turn.read_text().replace("timeout: 4 s", "timeout: 5 s"))
+    with pytest.raises(InputError, match=r"turn\.yaml has changed"):
+        swept(turn, tmp_path / "out")
+
+
+def test_rows_of_another_version_are_refused(turn, tmp_path, executed):
+    swept(turn, tmp_path / "out")
+    file = tmp_path / "out" / "sweep.json"
+    content = json.loads(file.read_text())
+    content["versions"]["treepilot"] = "0.0.9"
+    file.write_text(json.dumps(content))
+    with pytest.raises(
+        InputError, match=r"treepilot 0\.0\.9 \(now .*choose another --out, or inst"
+    ):
+        swept(turn, tmp_path / "out")
+
+
+def test_a_folder_with_something_else_is_left_alone(turn, tmp_path, executed):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("years of work")
+    with pytest.raises(InputError, match="is not empty and holds no sweep"):
+        swept(turn, tmp_path / "out")
+
+
+def test_a_claim_ends_the_sweep(turn, tmp_path, executed):
+    from missions.sweeps.claims import read_claim
+
+    claim = read_claim("success > 0.3 at 95 %")
+    rows = swept(turn, tmp_path / "out", effort=Effort(until=claim), runs=500)
+    assert claim.verdict(rows) is True and claim.verdict(rows[:-1]) is None
+    assert len(rows) == len(executed) < 30
+
+
+def test_a_full_disk_keeps_what_is_there(tmp_path):
+    """/dev/full is a disk without space (full(4))."""
+    row = SweepRow(0, 0, {}, "success")
+    with Path("/dev/full").open("ab", buffering=0) as full, pytest.raises(InputError) as error:
+        SweepFolder(tmp_path).write(full, row)
+    assert "No space left on device; the rows before are kept" in str(error.value)
+
+
+def test_processes_that_end_are_outcomes():
+    run = RunDescription(3, 4)
+    ends = {
+        "hung": ProcessEnded("hung: no progress for 9 s", hung=True),
+        "killed": ProcessEnded("the process was ended by SIGKILL", killed=True),
+        "crashed": ProcessEnded("the process was ended by SIGSEGV"),
+    }
+    for outcome, end in ends.items():
+        row = runner._row(run, end)
+        assert (row.number, row.outcome, row.reason) == (3, outcome, end.reason)
+
+
+FILE = """\
+mission: ./turn.yaml
+runs: 8
+vary:
+  angle: uniform(20 deg, 60 deg)
+  times: [1, 2]
+  start: [dock, [2, 2.5, 90 deg]]
+design: random
+time_limit: 5 min
+until: success > 0.9 at 95 %
+fail_if: [success < 0.5]
+"""
+
+
+def test_a_file_has_the_words_of_the_command_line(turn, tmp_path):
+    file = tmp_path / "sweep.yaml"
+    file.write_text(FILE)
+    words = read_sweep_file(file)
+    assert is_sweep_file(file) and not is_sweep_file(turn)
+    assert [factor.probes for factor in words.factors] == [
+        ("20 deg", "60 deg"), ("1", "2"), ("dock", "[2, 2.5, 90 deg]")
+    ]  # fmt: skip
+    assert words.values["time_limit"] == 300.0 and words.fail_if == ("success < 0.5",)
+    done = CliRunner().invoke(app, ["sweep", str(file), "--runs", "3", "--dry-run"])
+    assert done.exit_code == 0 and done.output.startswith("3 runs of ")
+    assert len(done.output.splitlines()) == 5
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ("desing: grid", "1 error[E520] the sweep has no key 'desing'; did you mean 'design'"),
+        ("runs: 0", "7 error[E520] runs: 0 must be at least 1"),
+        ("vary: {times: 'gamma(1, 2)'}", "15 error[E520] vary: times: 'gamma' is not a distri"),
+        ("vary: {times: [1, 7]}", "8 error[E520] vary: times: 7 is refused: "),
+        ("vary: {tines: [1, 2]}", "8 error[E520] vary: tines: the mission turn.yaml has no arg"),
+        ("vary: [a]", "7 error[E520] vary: expected a mapping, got a list"),
+        ("keep: everything", "7 error[E520] keep: 'everything' is not one of all, failures, none"),
+    ],
+)
+def test_findings_of_a_file_name_line_and_column(turn, tmp_path, wrong, words):
+    file = tmp_path / "sweep.yaml"
+    key = wrong.partition(":")[0]
+    first = "runs: 8\n" if key != "runs" else "worlds: small_room\n"
+    file.write_text(f"mission: ./turn.yaml\n{first}{wrong}\n")
+    done = CliRunner().invoke(app, ["sweep", str(file), "--dry-run"])
+    assert f"sweep.yaml:3:{words}" in str(done.exception), done.output
+
+
+def command(*words):
+    return subprocess.Popen(
+        [sys.executable, "-m", "treepilot", *words], stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+
+
+def lines_in(journal: Path) -> list[dict]:
+    text = journal.read_text() if journal.exists() else ""
+    return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
+
+
+def wait_for_rows(journal: Path, count: int) -> None:
+    for _ in range(1200):
+        if len(lines_in(journal)) >= count:
+            return
+        sleep(0.1)
+    raise AssertionError("no rows within two minutes")
+
+
+def children_of(process: int) -> list[int]:
+    return [int(child) for child in
+            Path(f"/proc/{process}/task/{process}/children").read_text().split()]  # fmt: skip
+
+
+def is_running(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.slow
+def test_a_sweep_survives_signals(turn, tmp_path):
+    """A killed worker is a row; Ctrl-C ends with 130; a killed command leaves no process."""
+    turn.write_text("mission: short\nrobot: scout\nworld: small_room\nrun: {wait: 0.2 s}\n")
+    out = tmp_path / "out"
+    words = ("sweep", str(turn), "--runs", "4000", "--out", str(out))
+    process = command(*words)
+    wait_for_rows(out / JOURNAL, 2)
+    workers = [child for child in children_of(process.pid)
+               if "spawn_main" in Path(f"/proc/{child}/cmdline").read_text()]  # fmt: skip
+    os.kill(workers[0], signal.SIGKILL)
+    wait_for_rows(out / JOURNAL, 5)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130 and "the same command goes on" in told
+    first = lines_in(out / JOURNAL)
+    assert [row["outcome"] for row in first if row["outcome"] != "success"] == ["killed"]
+
+    process = command(*words)
+    wait_for_rows(out / JOURNAL, len(first) + 2)
+    alive = children_of(process.pid)
+    process.kill()
+    process.communicate()
+    for _ in range(100):
+        if not any(map(is_running, alive)):
+            break
+        sleep(0.1)
+    assert alive and not any(map(is_running, alive))
+    numbers = [row["number"] for row in lines_in(out / JOURNAL)]
+    assert sorted(numbers) == list(range(len(numbers)))
+
+
+def test_pages_of_one_sweep_and_of_two(turn, tmp_path, executed):
+    swept(turn, tmp_path / "a", runs=30)
+    swept(turn, tmp_path / "b", runs=30)
+    page = tmp_path / "a" / "report.html"
+    done = CliRunner().invoke(
+        app, ["sweep", "report", str(tmp_path / "a"), "--fail-if", "success < 0.75"]
+    )
+    assert done.exit_code == 0
+    text = page.read_text()
+    assert "success 80.0% (62.7% to 90.5%); 30 runs" in text  # Wilson of 24/30
+    assert "angle" in text and "times" in text and "<script" not in text and "http" not in text
+    again = CliRunner().invoke(
+        app, ["sweep", "report", str(tmp_path / "a"), str(tmp_path / "b"),
+              "--fail-if", "success < 0.85"],
+    )  # fmt: skip
+    assert again.exit_code == 1
+    assert "30 pairs with the same seed and settings: 0 succeed only in the second" in (
+        page.read_text()
+    )
