@@ -71,7 +71,7 @@ def test_what_drives_is_not_there(live):
     run = live("run: {sequence: [wait: 1 s, drive_anyway: {}]}\n")
     run.steps(5)
     snapshot = run.snapshot
-    assert set(snapshot.layers) == {"map", "parameters", "scene"}
+    assert set(snapshot.layers) == {"around_arm", "map", "parameters", "scene"}
     assert snapshot.scan is None and snapshot.path is None and snapshot.goal is None
     assert not {"controller", "safety", "localisation"} & {
         name.partition(".")[0] for name in snapshot.parameters
