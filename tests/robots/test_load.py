@@ -122,7 +122,7 @@ def test_robots_are_found_by_name_and_by_path(tmp_path):
 
 MASSES = {
     "scout": 12.0, "scout_depth": 12.0, "scout_rover": 12.0, "jackal": 17.0, "glide": 8.5,
-    "buggy": 16.0, "scout_wheels": 12.0,
+    "buggy": 16.0, "scout_wheels": 12.0, "fetcher": 68.8,
 }  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from stack.errors import ParameterError
 from stack.frames.links import RobotLinks
 from stack.frames.tree import inverse, lifted
 from stack.lifecycle import Timers
+from stack.manipulation.scene import Scene
 from stack.navigation.capabilities.gripper import GRIPPER
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
@@ -261,9 +262,7 @@ class StackArm(Arm):
         if planning.answer is None:
             stands = joints is not None and np.abs(joints.velocities).max() < AT_REST
             if joints is not None and stands and perceived.motion.twist.stands:
-                fingers = perceived.newest(GRIPPER, GripperState)
-                width = None if fingers is None else fingers.width
-                scene = self.around.scene(self._link_from_map, inverse(self._odom_from_link), width)
+                scene = self._scene(perceived)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
         answer = planning.answer.result(now)
@@ -272,6 +271,15 @@ class StackArm(Arm):
         elif answer is not None:
             self._planning = None
             planning.use(answer)
+
+    def _scene(self, perceived: Perceived) -> Scene:
+        """Return what surrounds the arm, in the frame of its base link."""
+        spread, fingers = perceived.estimate.covariance, perceived.newest(GRIPPER, GripperState)
+        place = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
+        return self.around.scene(
+            self._link_from_map, inverse(self._odom_from_link),
+            None if fingers is None else fingers.width, (place, float(spread[2, 2]) ** 0.5),
+        )  # fmt: skip
 
     def _begin_once_standing(self, perceived: Perceived) -> None:
         """Begin a motion that needs no plan if the base stands."""

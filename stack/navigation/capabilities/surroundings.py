@@ -18,6 +18,10 @@ from stack.types import Block, FloatArray
 SPARE = 0.5
 """Metres beyond the arm's reach up to which objects count: the hand may hold something long."""
 
+DEVIATIONS, MOST_GROWTH = 2.0, 0.1
+"""Objects of the map are wider by so many standard deviations of the pose on each side, at most so
+many metres: the arm is that far from where it is believed to be."""
+
 SAME = 0.02
 """Metres between two places of a block that was seen twice."""
 
@@ -149,19 +153,22 @@ class Surroundings:
         return from_map @ item.pose, np.array(item.shape.size)
 
     def scene(
-        self, link_from_map: FloatArray, link_from_odom: FloatArray, width: float | None = None
-    ) -> Scene:
+        self, link_from_map: FloatArray, link_from_odom: FloatArray, width: float | None = None,
+        deviations: tuple[float, float] = (0.0, 0.0),
+    ) -> Scene:  # fmt: skip
         """Return all that the arm may reach, in the frame of its base link.
 
         Args:
             link_from_map: (4, 4) base link <- map.
             link_from_odom: (4, 4) base link <- odom.
             width: between the fingers, metres; None: open.
+            deviations: standard deviations of the pose on the map: metres and radians.
         """
-        known = (
+        placed = (
             replace(item, pose=link_from_map @ item.pose)
             for item in (*self._boxes.values(), *self._others)
         )
+        known = (_grown(item, deviations) for item in placed)
         seen = (
             _object(name, block, link_from_odom @ block.pose)
             for name, block in self._blocks.items()
@@ -181,6 +188,18 @@ class Surroundings:
             number += 1
             name = f"{block.colour} block {number}"
         return name
+
+
+def _grown(item: SceneObject, deviations: tuple[float, float]) -> SceneObject:
+    """Return an upright object, wider by the doubt about where it is; its height is known."""
+    off = float(np.hypot(deviations[0], deviations[1] * _away(item)))
+    growth = min(DEVIATIONS * off, MOST_GROWTH)
+    if isinstance(item.shape, Box):
+        length, width, height = item.shape.size
+        grown = Box((length + 2.0 * growth, width + 2.0 * growth, height))
+        return replace(item, shape=grown)
+    assert isinstance(item.shape, Cylinder)
+    return replace(item, shape=replace(item.shape, radius=item.shape.radius + growth))
 
 
 def _away(item: SceneObject) -> float:

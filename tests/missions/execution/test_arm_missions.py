@@ -71,7 +71,7 @@ def test_what_drives_is_not_there(live):
     run = live("run: {sequence: [wait: 1 s, drive_anyway: {}]}\n")
     run.steps(5)
     snapshot = run.snapshot
-    assert set(snapshot.layers) == {"map", "parameters", "scene"}
+    assert set(snapshot.layers) == {"around_arm", "map", "parameters", "scene"}
     assert snapshot.scan is None and snapshot.path is None and snapshot.goal is None
     assert not {"controller", "safety", "localisation"} & {
         name.partition(".")[0] for name in snapshot.parameters
@@ -218,7 +218,7 @@ def test_an_arm_is_refused_on_a_rover(folder):
         "swing_arm needs an arm, and scout has none",
         "move_fingers needs a gripper, and scout has none",
     ]
-    assert "use a robot with an arm: panda_table" in str(found[0])
+    assert "use a robot with an arm: fetcher, panda_table" in str(found[0])
 
 
 def test_kernels_that_drive_are_not_compiled_for_an_arm(folder):

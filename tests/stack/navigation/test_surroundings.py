@@ -107,6 +107,20 @@ def test_what_is_out_of_reach_is_left_out_of_the_scene():
     assert names == ["a far wall", "a near wall"]
 
 
+def test_objects_of_the_map_are_wider_by_the_doubt_about_the_pose(around):
+    far = SceneObject("wall", Box((0.1, 4.0, 2.0)), from_angles((1.05, 0.0, 1.0), (0, 0, 0)))
+    post = SceneObject("post", Cylinder(0.05, 1.0), from_angles((0.0, 0.0, 0.5), (0, 0, 0)))
+    near = Surroundings([], [far, post])
+    see(near, [block(0.5, 0.0)])
+    wall, post, red = near.scene(np.eye(4), np.eye(4), None, (0.03, 0.04)).objects
+    # Two deviations: of 3 cm and, 1 m away, of 4 cm; the hypotenuse is 5 cm.
+    assert wall.shape.size == pytest.approx((0.1 + 0.2, 4.0 + 0.2, 2.0))
+    assert post.shape.radius == pytest.approx(0.05 + 0.06) and post.shape.length == 1.0
+    assert red.shape.size == (0.05, 0.05, 0.05)
+    [wall, *_] = near.scene(np.eye(4), np.eye(4), None, (9.0, 9.0)).objects
+    assert wall.shape.size[0] == pytest.approx(0.1 + 0.2), "at most 10 cm on each side"
+
+
 def test_the_reach_of_an_arm_is_the_length_of_its_links():
     # Of the Panda: 0.333 + 0.316 + 2 x 0.0825 + 0.384 (0.393 with its offset) + 0.088 + 0.107 +
     # 0.105 m; each joint counts with the straight distance to the one before.
