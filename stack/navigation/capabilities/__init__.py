@@ -1,1 +1,1 @@
-"""What behaviours ask of the robot, by capability: the parts behind stack/robot.py."""
+"""What behaviours ask of the robot, by capability: the parts behind stack/robot."""
