@@ -45,7 +45,7 @@ class ArmDisplay:
     def __init__(self, limbs: ArmStage) -> None:
         self._limbs = limbs
         self._drawn: tuple[JointTrajectory | None, FloatArray] = (None, np.zeros((0, 3)))
-        self._around = Layer(0, ())
+        self._around, self._shown = Layer(0, ()), (0, Pose2D(0.0, 0.0))
 
     def view(self, perceived: Perceived) -> ArmView | None:
         """Return the state of the arm; None without one, or before its first joints."""
@@ -81,14 +81,16 @@ class ArmDisplay:
         arm = self._limbs.arm
         if arm is None:
             return {}
-        if arm.around.version != self._around.version:
+        wanted = arm.around.version, map_from_odom
+        if wanted != self._shown:
+            self._shown = wanted
             odom = lifted(map_from_odom)
             boxes = [_shape(pose, size, BOX_COLOUR) for pose, size in arm.around.boxes]
             blocks = [
                 _shape(odom @ block.pose, block.size, BLOCK_COLOURS[block.colour])
                 for block in arm.around.blocks.values()
             ]
-            self._around = Layer(arm.around.version, (*boxes, *blocks))
+            self._around = Layer(self._around.version + 1, (*boxes, *blocks))
         return {AROUND_ARM: self._around}
 
     def _links(self, arm: StackArm, positions: FloatArray) -> list[FloatArray]:

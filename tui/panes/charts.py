@@ -27,6 +27,7 @@ class RunCharts(Vertical, can_focus=True):
         self._all = (
             self._speed, self._joints, self._health, self._fingers, self._error, self._force,
         )  # fmt: skip
+        """In the order in which they are shown."""
 
         for chart in (self._joints, self._fingers, self._force):
             chart.display = False
@@ -53,17 +54,15 @@ class RunCharts(Vertical, can_focus=True):
         if drives:
             twists = snapshot.commanded, snapshot.measured
             shown[self._speed] = {"set": twists[0].linear, "real": twists[1].linear}
-        if arm is not None:
-            shown[self._joints] = {"fastest": arm.speed}
-        if drives:
             shown[self._health] = {"health": snapshot.health}
-        if arm is not None and arm.width_max:
-            shown[self._fingers] = {"width": 1e3 * arm.width}
         if drives and snapshot.truth is not None:
             shown[self._error] = {"error": snapshot.pose.distance_to(snapshot.truth)}
+        if arm is not None:
+            shown[self._joints] = {"fastest": arm.speed}
         if arm is not None and arm.width_max:
+            shown[self._fingers] = {"width": 1e3 * arm.width}
             shown[self._force] = {"force": arm.force}
-        visible = list(shown)[:MOST]
+        visible = [chart for chart in self._all if chart in shown][:MOST]
         for chart in self._all:
             chart.display = chart in visible
         for chart, values in shown.items():

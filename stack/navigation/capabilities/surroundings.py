@@ -123,6 +123,7 @@ class Surroundings:
     def lose(self) -> None:
         """The block in the hand is not there any more."""
         self.held = None
+        self.version += 1
 
     @property
     def boxes(self) -> list[tuple[FloatArray, FloatArray]]:
