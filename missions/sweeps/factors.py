@@ -79,9 +79,8 @@ class Factor:
         """
         if self.is_list:
             return self.values[min(floor(share * len(self.values)), len(self.values) - 1)]
-        low, high = self.ends
-        if self.whole:
-            return self._text(min(low + floor(share * (high - low + 1.0)), high))
+        beyond = 0.5 if self.whole else 0.0  # so that the ends are drawn as often as the others
+        low, high = self.ends[0] - beyond, self.ends[1] + beyond
         if self.kind == LOGUNIFORM:
             number = exp(log(low) + share * (log(high) - log(low)))
         elif self.kind == NORMAL:
@@ -90,7 +89,8 @@ class Factor:
             number = normal.inv_cdf(first + share * (last - first))
         else:
             number = low + share * (high - low)
-        return self._text(min(max(_rounded(number, DIGITS), low), high))
+        number = floor(number + 0.5) if self.whole else _rounded(number, DIGITS)
+        return self._text(min(max(number, self.ends[0]), self.ends[1]))
 
     def typed(self, text: str) -> Value:
         """Return a value for a table: a number if all values are numbers of one unit, else text."""
