@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import erfc, sqrt
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,12 @@ def test_mcnemar_is_the_binomial_test():
     """Of 9 discordant pairs 1 and 8: p = 2 (1 + 9) / 2^9."""
     assert mcnemar(1, 8) == mcnemar(8, 1) == pytest.approx(20 / 512)
     assert mcnemar(0, 0) == mcnemar(3, 3) == 1.0
+
+
+def test_mcnemar_of_many_pairs():
+    """2^1030 is no float. By the normal approximation with continuity: z = 29 / sqrt(1030)."""
+    assert mcnemar(500, 530) == pytest.approx(erfc(29 / sqrt(1030) / sqrt(2)), rel=1e-3)
+    assert 0.0 < mcnemar(0, 1030) < 1e-300
 
 
 def test_mann_whitney_of_separate_samples():
