@@ -73,6 +73,27 @@ def test_a_refused_combination_is_no_failure_of_the_robot(tmp_path, turn):
     assert row.outcome == "refused" and not row.counts and "9" in row.reason
 
 
+def test_a_failure_without_records_is_a_failure(tmp_path, turn):
+    """A file in the place of the folder: no records can be written, as on a full disk."""
+    (tmp_path / "sweep").mkdir()
+    (tmp_path / "sweep" / "runs").touch()
+    row = maker(tmp_path, turn)(RunDescription(0, 1, (("goal", "$window"),)))
+    assert (row.outcome, row.folder, row.is_repeatable) == ("failure", "", None)
+    assert row.seconds and row.counts
+
+
+@pytest.mark.parametrize("keep", ["all", "failures"])
+def test_a_failure_without_a_cause_is_a_failure(tmp_path, turn, monkeypatch, keep):
+    """Its records cannot be read, or have no snapshot."""
+
+    def broken(_):
+        raise InputError("no snapshot")
+
+    monkeypatch.setattr("missions.sweeps.worker.read_story", broken)
+    row = maker(tmp_path, turn, keep=keep)(RunDescription(0, 1, (("goal", "$window"),)))
+    assert (row.outcome, row.cause, row.folder) == ("failure", "", "runs/00000")
+
+
 def test_a_mission_that_keeps_values_begins_each_run_with_the_initial_ones(tmp_path, turn):
     turn.write_text(
         "mission: count\nrobot: scout\nworld: small_room\n"
