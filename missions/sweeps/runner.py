@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from io import RawIOBase
 from time import perf_counter
 
 from missions.bench.processes import ProcessEnded, results
@@ -15,7 +16,7 @@ from missions.sweeps.checking import CheckedSweep
 from missions.sweeps.claims import Claim
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
-from missions.sweeps.table import RUNS, SweepFolder, place_of
+from missions.sweeps.table import SweepFolder, place_of
 from missions.sweeps.worker import SweepInputs, start_worker
 
 RUNS_PER_PROCESS = 200
@@ -57,28 +58,28 @@ def run_sweep(
     Raises:
         InputError: the folder has another sweep, or cannot be written.
     """
-    rows = folder.begin(asked)
-    missing = _missing(asked, rows)
-    try:
-        if not _is_decided(effort.until, rows):
-            _fill(missing, rows, asked, folder, effort, follow)
-    finally:
-        folder.tabulate(rows, asked.sweep)
+    with folder.open_journal() as journal:
+        rows = folder.begin(asked)
+        try:
+            if not _is_decided(effort.until, rows):
+                _fill(journal, rows, asked, folder, effort, follow)
+        finally:
+            folder.tabulate(rows, asked.sweep)
     return sorted(rows, key=lambda row: row.number)
 
 
 def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
-    missing: Iterator[RunDescription], rows: list[SweepRow], asked: CheckedSweep,
+    journal: RawIOBase, rows: list[SweepRow], asked: CheckedSweep,
     folder: SweepFolder, effort: Effort, follow: Follow,
 ) -> None:  # fmt: skip
     """Append the rows of missing runs, until all are there or the claim is decided."""
     inputs = SweepInputs(asked.sweep, folder.runs)
     made = results(
-        partial(start_worker, inputs), missing, effort.jobs, RUNS_PER_PROCESS,
+        partial(start_worker, inputs), _missing(asked, rows), effort.jobs, RUNS_PER_PROCESS,
         silence=effort.silence, looked=lambda: follow(rows),
     )  # fmt: skip
     tabulated = perf_counter()
-    with folder.open_journal() as journal, closing(made):  # type: ignore[type-var]
+    with closing(made):  # type: ignore[type-var]
         for run, result in made:
             row = _row(run, result, folder)
             folder.write(journal, row)
@@ -111,4 +112,5 @@ def _row(
     outcome = HUNG if result.hung else KILLED if result.killed else CRASHED
     row = SweepRow.without_figures(run, outcome, result.reason, versions())
     place = place_of(folder.runs, run.number)
-    return replace(row, folder=f"{RUNS}/{place.name}") if is_run_folder(place) else row
+    kept = next(filter(is_run_folder, (place, *place.glob("*"))), None)  # see RunMaker._folder
+    return row if kept is None else replace(row, folder=str(kept.relative_to(folder.path)))

@@ -11,9 +11,11 @@ A killed sweep loses no run that is over: the table is made again from the journ
 from __future__ import annotations
 
 import errno
+import fcntl
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import RawIOBase
 from pathlib import Path
 from typing import Any
@@ -60,17 +62,43 @@ class SweepFolder:
         """Folder of the kept run folders."""
         return self.path / RUNS
 
+    @contextmanager
+    def open_journal(self) -> Iterator[RawIOBase]:
+        """Open the journal for further rows; a line that an interruption cut off is removed.
+
+        It is locked until the end: two sweeps would mix their rows, and remove each other's runs.
+
+        Raises:
+            InputError: another sweep is running in the folder, or it holds something else.
+        """
+        file = self.path / JOURNAL
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            begun = (self.path / DESCRIPTION).exists()
+            if not begun and any(one != file or one.stat().st_size for one in self.path.iterdir()):
+                raise InputError(f"{self.path} is not empty and holds no sweep", OTHER_OUT)
+            journal = file.open("ab", buffering=0)
+        except OSError as error:
+            raise _unwritten(file, error) from None
+        with journal:
+            try:
+                fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(f"a sweep is running in {self.path}", OTHER_OUT) from None
+            except OSError:
+                pass  # a file system without locks
+            content = read_bytes(file, JOURNAL_BYTES)
+            journal.truncate(content.rfind(b"\n") + 1)
+            yield journal
+
     def begin(self, asked: CheckedSweep) -> list[SweepRow]:
         """Describe the sweep, or compare it with the one in the folder; return the rows so far.
 
         Raises:
             InputError: the folder has another sweep, rows of another version, or is damaged.
         """
-        self.path.mkdir(parents=True, exist_ok=True)
         if (self.path / DESCRIPTION).exists():
             self._compare(asked)
-        elif any(self.path.iterdir()):
-            raise InputError(f"{self.path} is not empty and holds no sweep; {OTHER_OUT}")
         content = {
             "format": FORMAT, **asked.sweep.plain(), "keep": asked.sweep.keep,
             "versions": versions(), "files": asked.files,
@@ -88,16 +116,6 @@ class SweepFolder:
             InputError: the folder has none, or is damaged.
         """
         return self._described()[0]
-
-    def open_journal(self) -> RawIOBase:
-        """Open the journal for further rows; a line that an interruption cut off is removed."""
-        file = self.path / JOURNAL
-        if file.exists():
-            content = read_bytes(file, JOURNAL_BYTES)
-            whole = content.rfind(b"\n") + 1
-            if whole != len(content):
-                os.truncate(file, whole)
-        return file.open("ab", buffering=0)
 
     def write(self, journal: RawIOBase, row: SweepRow) -> None:
         """Append a row to the journal.

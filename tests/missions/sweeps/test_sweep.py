@@ -134,11 +134,22 @@ def test_rows_of_another_version_are_refused(turn, tmp_path, executed):
         swept(turn, tmp_path / "out")
 
 
-def test_a_folder_with_something_else_is_left_alone(turn, tmp_path, executed):
+@pytest.mark.parametrize("name", ["thesis.txt", JOURNAL])
+def test_a_folder_with_something_else_is_left_alone(turn, tmp_path, executed, name):
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.txt").write_text("years of work")
+    (tmp_path / "out" / name).write_text("years of work")
     with pytest.raises(InputError, match="is not empty and holds no sweep"):
         swept(turn, tmp_path / "out")
+    assert (tmp_path / "out" / name).read_text() == "years of work"
+
+
+def test_two_sweeps_in_one_folder_are_an_error(turn, tmp_path, executed):
+    def start_another(_):
+        with pytest.raises(InputError, match=r"a sweep is running in .*out; choose another --out"):
+            swept(turn, tmp_path / "out")
+
+    rows = swept(turn, tmp_path / "out", start_another)
+    assert executed == list(range(12)) == [row.number for row in rows]
 
 
 def test_a_claim_ends_the_sweep(turn, tmp_path, executed):
@@ -173,6 +184,11 @@ def test_processes_that_end_are_outcomes(tmp_path):
     for name in ("events.jsonl", "mission.yaml"):
         (tmp_path / "runs" / "00003" / name).touch()
     assert runner._row(run, ends["killed"], folder).folder == "runs/00003"
+    named = tmp_path / "runs" / "00003" / "count"  # of a mission that keeps values
+    named.mkdir()
+    for name in ("events.jsonl", "mission.yaml"):
+        (named.parent / name).rename(named / name)
+    assert runner._row(run, ends["killed"], folder).folder == "runs/00003/count"
 
 
 def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
