@@ -153,7 +153,7 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
             began, left = perf_counter(), min(worker.left for worker in workers)
             wait([worker.connection for worker in workers], min(left, LOOKS))
             for worker in workers:
-                worker.heed(perf_counter() - began)
+                worker.heed(min(LOOKS, perf_counter() - began))  # not the time of Ctrl-Z
             looked()
             for worker in [one for one in workers if one.connection.poll() or not one.left]:
                 entry, result = worker.entry, worker.result()
