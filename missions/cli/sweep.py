@@ -118,6 +118,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     ] = False,
 ) -> None:
     """Run a mission many times, over seeds and factors."""
+    from missions.sweeps.asked import check_claim
     from missions.sweeps.checking import checked
     from missions.sweeps.claims import read_claim, read_condition
     from missions.sweeps.runner import SILENCE, Effort, run_sweep
@@ -149,6 +150,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
         read_claim(words.values["until"]) if "until" in words.values else None,
         words.values.get("hang_after", SILENCE),
     )
+    if effort.until is not None:
+        check_claim(sweep)
     asked = checked(sweep, words.refusal)
     if dry_run:
         _print_runs(asked.sweep)

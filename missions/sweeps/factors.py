@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import exp, floor, log
 from statistics import NormalDist
 from typing import Any
 
 from stack.errors import InputError
+from stack.telemetry.codec import field_codecs
 
 DIGITS = 6
 """Significant digits of a drawn value: enough for a run, and short enough to be typed again."""
@@ -107,12 +108,18 @@ class Factor:
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
-        return {**asdict(self), "values": list(self.values)}
+        codecs = field_codecs(Factor)
+        return {name: codec.encode(getattr(self, name)) for name, codec in codecs.items()}
 
     @classmethod
     def read(cls, plain: dict[str, Any]) -> Factor:
-        """Return a factor from the values of its JSON."""
-        return cls(**{**plain, "values": tuple(plain["values"])})
+        """Return a factor from the values of its JSON.
+
+        Raises:
+            LookupError, TypeError, MalformedError: they are not those of a factor.
+        """
+        codecs = field_codecs(Factor)
+        return cls(**{name: codec.decode(plain[name]) for name, codec in codecs.items()})
 
     def _text(self, number: float) -> str:
         shown = f"{number:.0f}" if self.whole else repr(number).removesuffix(".0")

@@ -27,6 +27,7 @@ from missions.sweeps.row import SweepRow, columns
 from stack.documents import Finding, Mark
 from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
 from stack.errors import InputError
+from stack.telemetry.codec import MalformedError, codec_of
 
 FORMAT = 1
 DESCRIPTION, JOURNAL, TABLE, RUNS = "sweep.json", "journal.jsonl", "runs.parquet", "runs"
@@ -104,7 +105,7 @@ class SweepFolder:
             "versions": versions(), "files": asked.files,
         }  # fmt: skip
         self._replace(DESCRIPTION, json.dumps(content, indent=2, ensure_ascii=False).encode())
-        rows = [row for row in self.rows() if row.number < asked.sweep.runs]
+        rows = self.rows(asked.sweep.runs)
         for row in rows:
             self._check_version(row.versions)
         return rows
@@ -132,8 +133,8 @@ class SweepFolder:
             full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             raise _unwritten(self.path / JOURNAL, full)
 
-    def rows(self) -> list[SweepRow]:
-        """Read the journal; each run counts once, in the order of the numbers.
+    def rows(self, runs: int) -> list[SweepRow]:
+        """Read the first runs in the journal; each counts once, in the order of the numbers.
 
         Raises:
             InputError: a line is not a row.
@@ -146,13 +147,13 @@ class SweepFolder:
         for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
             try:
                 row = SweepRow.read(json.loads(line))
-            except (ValueError, TypeError) as error:
+            except (ValueError, LookupError, TypeError, MalformedError) as error:
                 mark = Mark(str(file), number)
                 raise InputError(
                     [Finding(mark, "E004", f"not a row of a sweep: {error}", OTHER_OUT)]
                 ) from None
             rows.setdefault(row.number, row)
-        return [rows[number] for number in sorted(rows)]
+        return [rows[number] for number in sorted(rows) if number < runs]
 
     def tabulate(self, rows: Sequence[SweepRow], sweep: Sweep) -> None:
         """Write the table; the one before is replaced as a whole.
@@ -204,10 +205,10 @@ class SweepFolder:
             content: dict[str, Any] = json.loads(read_bytes(file, JSON_BYTES))
             if content["format"] != FORMAT:
                 raise InputError(f"{file} has the format {content['format']!r}; {FORMAT} is read")
-            asked = {k: v for k, v in content.items() if k not in ("format", "versions", "files")}
-            content["files"], content["versions"] = dict(content["files"]), content["versions"]
-            return Sweep.read(asked), content
-        except (ValueError, LookupError, TypeError, AttributeError) as error:
+            for name in ("files", "versions"):
+                codec_of(dict[str, str]).decode(content[name])
+            return Sweep.read(content), content
+        except (ValueError, LookupError, TypeError, MalformedError) as error:
             raise InputError(f"{file} is damaged: {error!r:.100}", OTHER_OUT) from None
 
     def _replace(self, name: str, content: bytes) -> None:

@@ -155,7 +155,7 @@ def _example(results: Results, row: SweepRow, base: Path) -> str:
 def run_command(results: Results, row: SweepRow) -> str:
     """Return the command that makes a run again, with its records."""
     options = results.sweep.options(row.settings, row.seed)
-    words = ["treepilot", "run", results.sweep.mission, "--seed", str(row.seed)]
+    words = ["treepilot", "run", results.sweep.mission, "--seed", str(row.seed), "--forget-kept"]
     for option, value in (("--robot", options.robot), ("--world", options.world),
                           ("--start", options.start)):  # fmt: skip
         words += [] if value is None else [option, value]

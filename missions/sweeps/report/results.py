@@ -62,7 +62,8 @@ def read_results(folder: Path) -> Results:
         InputError: the folder holds none, or no run is over.
     """
     place = SweepFolder(folder)
-    sweep, rows = place.sweep(), place.rows()
+    sweep = place.sweep()
+    rows = place.rows(sweep.runs)
     if not rows:
         raise InputError(f"{folder} has no run that is over", "start the sweep, or wait for a run")
     return Results(place.path, sweep, tuple(rows))

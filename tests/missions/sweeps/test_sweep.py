@@ -22,6 +22,8 @@ from missions.sweeps.asked import Sweep, with_choices
 from missions.sweeps.checking import checked, option_refusal
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import read_factor
+from missions.sweeps.report.page import run_command
+from missions.sweeps.report.results import read_results
 from missions.sweeps.row import SweepRow
 from missions.sweeps.runner import Effort, run_sweep
 from missions.sweeps.sweep_file import is_sweep_file, read_sweep_file
@@ -161,6 +163,36 @@ def test_a_claim_ends_the_sweep(turn, tmp_path, executed):
     assert len(rows) == len(executed) < 30
 
 
+def test_a_claim_needs_a_random_sample(turn):
+    """A grid begins with the runs of the first combinations, which may be the easy ones."""
+    words = ["sweep", str(turn), "--vary", "times=1,2", "--until", "success > 0.5 at 95 %"]
+    done = CliRunner().invoke(app, [*words, "--dry-run"])
+    assert "the design is grid; use --design random" in str(done.exception)
+    assert CliRunner().invoke(app, [*words, "--design", "random", "--dry-run"]).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("runs", "x"), ("seed", None), ("arguments", {"a": 1}), ("factors", [{}]), ("factors", 3),
+     ("files", ["a"]), ("versions", {"treepilot": 1})],
+)  # fmt: skip
+def test_a_damaged_description_is_an_error(turn, tmp_path, executed, name, value):
+    swept(turn, tmp_path / "out")
+    file = tmp_path / "out" / "sweep.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), name: value}))
+    with pytest.raises(InputError, match=r"sweep\.json is damaged"):
+        SweepFolder(tmp_path / "out").sweep()
+
+
+@pytest.mark.parametrize("line", ['{"number": "x"}', "[1]", "3"])
+def test_a_damaged_journal_is_an_error(tmp_path, line):
+    plain = SweepRow(0, 0, {}, "success").plain()
+    text = json.dumps({**plain, **json.loads(line)}) if line.startswith("{") else line
+    (tmp_path / JOURNAL).write_text(f"{json.dumps(plain)}\n{text}\n")
+    with pytest.raises(InputError, match=r"journal\.jsonl:2:1 error\[E004\] not a row of a sweep"):
+        SweepFolder(tmp_path).rows(2)
+
+
 def test_a_full_disk_keeps_what_is_there(tmp_path):
     """/dev/full is a disk without space (full(4))."""
     row = SweepRow(0, 0, {}, "success")
@@ -203,8 +235,9 @@ def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
     assert every.factors[0].values == (str(tmp_path / "a.yaml"), str(tmp_path / "b.yaml"))
     monkeypatch.chdir(tmp_path)
     assert with_choices(sweep, "*.yaml", ()).factors[0].values == ("a.yaml", "b.yaml")
-    with pytest.raises(InputError, match="no world file matches 'atlantis"):
-        with_choices(sweep, "atlantis*", ())
+    for pattern in ("atlantis*", "**x", ".", "/"):
+        with pytest.raises(InputError, match="no world file matches"):
+            with_choices(sweep, pattern, ())
     with pytest.raises(InputError, match="the factor robot is given twice"):
         with_choices(replace(sweep, factors=(read_factor("robot", "a,b"),)), "", ("scout",))
 
@@ -320,6 +353,19 @@ def test_a_sweep_survives_signals(turn, tmp_path):
     assert alive and not any(map(is_running, alive))
     numbers = [row["number"] for row in lines_in(out / JOURNAL)]
     assert sorted(numbers) == list(range(len(numbers)))
+
+
+def test_the_page_of_a_shortened_sweep_has_its_runs(turn, tmp_path, executed):
+    swept(turn, tmp_path / "out")
+    swept(turn, tmp_path / "out", runs=5)
+    assert pyarrow.parquet.read_table(tmp_path / "out" / TABLE).num_rows == 5
+    results = read_results(tmp_path / "out")
+    assert len(results.rows) == 5
+    settings = results.rows[4].settings
+    assert run_command(results, results.rows[4]) == (
+        f"treepilot run {turn} --seed 4 --forget-kept --set 'angle={settings['angle']}' "
+        f"--set times={settings['times']}"
+    )
 
 
 def test_pages_of_one_sweep_and_of_two(turn, tmp_path, executed):
