@@ -2,8 +2,9 @@
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 from typer.core import TyperGroup
@@ -14,11 +15,14 @@ from missions.cli.tune import INTERRUPTED, duration
 from stack.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from missions.sweeps.asked import Sweep
+    from missions.sweeps.claims import Condition
     from missions.sweeps.row import SweepRow
     from missions.sweeps.sweep_file import SweepWords
+
+T = TypeVar("T")
 
 HELP = """Run a mission many times, over seeds and factors.
 
@@ -120,7 +124,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     """Run a mission many times, over seeds and factors."""
     from missions.sweeps.asked import check_claim
     from missions.sweeps.checking import checked
-    from missions.sweeps.claims import read_claim, read_condition
+    from missions.sweeps.claims import read_claim
     from missions.sweeps.runner import SILENCE, Effort, run_sweep
     from missions.sweeps.sweep_file import NOTHING, is_sweep_file, read_sweep_file
     from missions.sweeps.table import SweepFolder
@@ -128,7 +132,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else NOTHING
     given = {
         "runs": runs, "design": design, "worlds": worlds, "seed": seed, "jobs": jobs,
-        "out": out, "keep": keep, "until": until,
+        "out": out, "keep": keep,
         "time_limit": None if time_limit is None else duration(time_limit, "--time-limit"),
         "hang_after": None if hang_after is None else duration(hang_after, "--hang-after"),
     }  # fmt: skip
@@ -144,13 +148,14 @@ def run(  # noqa: PLR0913 - each is an option of the command
         },
     )  # fmt: skip
     sweep = _asked(words, vary or [], robot)
-    conditions = [read_condition(text) for text in fail_if or words.fail_if]
+    claim = words.until if until is None else _read("--until", read_claim, until)
+    conditions = _conditions(fail_if) if fail_if else words.fail_if
     effort = Effort(
         words.values.get("jobs", 1),
-        read_claim(words.values["until"]) if "until" in words.values else None,
+        claim,
         words.values.get("hang_after", SILENCE),
     )
-    if effort.until is not None:
+    if claim is not None:
         check_claim(sweep)
     asked = checked(sweep, words.refusal)
     if dry_run:
@@ -166,8 +171,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
     _tell(progress.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
-    if effort.until is not None:
-        typer.echo(effort.until.told(rows))
+    if claim is not None:
+        typer.echo(claim.told(rows))
     _end(conditions, rows)
 
 
@@ -184,12 +189,12 @@ def report(
     Success by factor, distributions, clusters of failures, sensitivities, and where runs fail. One
     file without scripts that needs no network.
     """
-    from missions.sweeps.claims import read_condition
-    from missions.sweeps.report.page import page_of, read_results
+    from missions.sweeps.report.page import page_of
+    from missions.sweeps.report.results import read_results
 
     if len(folders) > 2:
         raise InputError(f"{len(folders)} sweeps; one or two can be reported")
-    conditions = [read_condition(text) for text in fail_if or []]
+    conditions = _conditions(fail_if or [])
     results = [read_results(folder) for folder in folders]
     file = out or folders[0] / "report.html"
     file.write_text(page_of(results, file.parent), "utf-8")
@@ -205,10 +210,7 @@ def _asked(words: "SweepWords", vary: list[str], robot: str | None) -> "Sweep":
 
     factors = {factor.name: factor for factor in words.factors}
     for name, text in assignments(vary, "--vary", "controller.cruise_speed=0.4,0.8").items():
-        try:
-            factors[name] = read_factor(name, text)
-        except InputError as error:
-            raise InputError(f"--vary {name}={text}: {error}") from None
+        factors[name] = _read(f"--vary {name}={text}", partial(read_factor, name), text)
     values = words.values
     for option, allowed in (("design", DESIGNS), ("keep", KEEP)):
         if values.get(option, allowed[0]) not in allowed:
@@ -220,6 +222,20 @@ def _asked(words: "SweepWords", vary: list[str], robot: str | None) -> "Sweep":
     )  # fmt: skip
     sweep = with_choices(sweep, values.get("worlds", ""), words.robots)
     return replace(sweep, design=values.get("design", default_design(sweep.factors)))
+
+
+def _conditions(texts: list[str]) -> "list[Condition]":
+    from missions.sweeps.claims import read_condition
+
+    return [_read("--fail-if", read_condition, text) for text in texts]
+
+
+def _read(option: str, read: "Callable[[str], T]", text: str) -> "T":
+    """Read the value of an option, which errors name."""
+    try:
+        return read(text)
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from None
 
 
 MOST_SHOWN = 10
@@ -263,7 +279,7 @@ def _progress(total: int) -> Any:
     return Progress(total, show, _tell, overwrites=sys.stderr.isatty())
 
 
-def _end(conditions: list[Any], rows: "Sequence[SweepRow]") -> None:
+def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
         _tell(condition.told(rows))

@@ -70,15 +70,13 @@ def read_claim(text: str) -> Claim:
     found = _CLAIM.fullmatch(text.strip())
     example = "write it as 'success > 0.97 at 95 %'"
     if found is None:
-        raise InputError(f"--until {text}: not a claim about the rate of success", example)
+        raise InputError(f"{text}: not a claim about the rate of success", example)
     rate = _number(found[1]) * (0.01 if found[2] else 1.0)
     certainty = _number(found[3]) * 0.01
     if not 0.0 < rate < 1.0:
-        raise InputError(f"--until {text}: the rate {rate:g} is not between 0 and 1", example)
+        raise InputError(f"{text}: the rate {rate:g} is not between 0 and 1", example)
     if not 0.5 <= certainty < 1.0:
-        raise InputError(
-            f"--until {text}: the certainty {certainty:.4g} is not in [0.5, 1)", example
-        )
+        raise InputError(f"{text}: the certainty {certainty:.4g} is not in [0.5, 1)", example)
     return Claim(text.strip(), rate, 1.0 - certainty)
 
 
@@ -155,13 +153,11 @@ def read_condition(text: str) -> Condition:
     found = _CONDITION.fullmatch(text.strip())
     if found is None:
         raise InputError(
-            f"--fail-if {text}: not FIGURE, a comparison and a number",
+            f"{text}: not FIGURE, a comparison and a number",
             "write it as 'success < 0.95'",
         )
     if found[1] not in FIGURES:
-        raise InputError(
-            f"--fail-if {text}: there is no figure {found[1]!r}", suggestion(found[1], FIGURES)
-        )
+        raise InputError(f"{text}: there is no figure {found[1]!r}", suggestion(found[1], FIGURES))
     number = _number(found[3]) * (0.01 if found[4] else 1.0)
     return Condition(text.strip(), found[1], found[2], number)
 

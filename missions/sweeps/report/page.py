@@ -16,13 +16,11 @@ from missions.sweeps.progress import rate_text
 from missions.sweeps.report.charts import histogram, rates_chart
 from missions.sweeps.report.comparison import compared
 from missions.sweeps.report.places import failure_maps
-from missions.sweeps.report.results import Results, levels_of, read_results
+from missions.sweeps.report.results import Results, levels_of
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import PERMUTATIONS, sensitivities
 from stack.types import FloatArray
 from stack.types.printable import printable
-
-__all__ = ["page_of", "read_results"]
 
 MOST_CLUSTERS, MOST_EXAMPLES = 30, 3
 

@@ -264,7 +264,8 @@ def test_a_file_has_the_words_of_the_command_line(turn, tmp_path):
     assert [factor.probes for factor in words.factors] == [
         ("20 deg", "60 deg"), ("1", "2"), ("dock", "[2, 2.5, 90 deg]")
     ]  # fmt: skip
-    assert words.values["time_limit"] == 300.0 and words.fail_if == ("success < 0.5",)
+    assert words.values["time_limit"] == 300.0 and words.until.rate == 0.9
+    assert [condition.text for condition in words.fail_if] == ["success < 0.5"]
     done = CliRunner().invoke(app, ["sweep", str(file), "--runs", "3", "--dry-run"])
     assert done.exit_code == 0 and done.output.startswith("3 runs of ")
     assert len(done.output.splitlines()) == 5
@@ -279,6 +280,14 @@ def test_a_file_has_the_words_of_the_command_line(turn, tmp_path):
         ("vary: {times: [1, 7]}", "8 error[E520] vary: times: 7 is refused: "),
         ("vary: {tines: [1, 2]}", "8 error[E520] vary: tines: the mission turn.yaml has no arg"),
         ("vary: [a]", "7 error[E520] vary: expected a mapping, got a list"),
+        ("set: {angle: {a: 1}}", "14 error[E520] set: angle: expected a text or a number, got a m"),
+        ("parameters: {a.b: [{c: 1}]}", "19 error[E520] parameters: a.b: expected a text or a n"),
+        ("vary: {times: {a: 1}}", "15 error[E520] vary: times: expected a text or a number, got"),
+        ("robots: [{a: b}]", "10 error[E520] robots: expected a text or a number, got a mapping"),
+        ("fail_if: {a: b}", "10 error[E520] fail_if: expected a text or a number, got a mapping"),
+        ("fail_if: [success < 1, succes < 1]", "24 error[E520] fail_if: succes < 1: there is no"),
+        ("until: success > 2 at 95 %", "8 error[E520] until: success > 2 at 95 %: the rate 2 is"),
+        ("until: [a]", "8 error[E520] until: [a]: not a claim"),
         ("keep: everything", "7 error[E520] keep: 'everything' is not one of all, failures, none"),
     ],
 )
@@ -289,6 +298,15 @@ def test_findings_of_a_file_name_line_and_column(turn, tmp_path, wrong, words):
     file.write_text(f"mission: ./turn.yaml\n{first}{wrong}\n")
     done = CliRunner().invoke(app, ["sweep", str(file), "--dry-run"])
     assert f"sweep.yaml:3:{words}" in str(done.exception), done.output
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--until", "a"), ("--fail-if", "a"), ("--vary", "times=gamma(1)")],
+)
+def test_errors_of_the_command_line_name_the_option(turn, option, value):
+    done = CliRunner().invoke(app, ["sweep", str(turn), option, value, "--dry-run"])
+    assert str(done.exception).startswith(f"{option}") and value in str(done.exception)
 
 
 def command(*words):
