@@ -17,10 +17,10 @@ from stack.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from missions.sweeps.asked import Sweep
     from missions.sweeps.claims import Condition
     from missions.sweeps.row import SweepRow
-    from missions.sweeps.sweep_file import SweepWords
+    from missions.sweeps.sweep import Sweep
+    from missions.sweeps.sweep_file import SweepFile
 
 T = TypeVar("T")
 
@@ -51,9 +51,9 @@ deviations. Every factor is tried on the mission before anything runs. A file ha
     controller.cruise_speed: uniform(0.3, 0.9)
     controller.use: [pure_pursuit, mppi]
 
-Results: runs.parquet, one row a run; sweep.json; runs/, the kept run folders. An interrupted sweep
-goes on with the same command. Figures of --fail-if: success, success.low, crashed, refused,
-collisions, time, clearance, error. See docs/sweeps.md.
+Results: runs.parquet, one row a run; sweep.json; runs/, the kept run folders. Run the command
+again to continue an interrupted sweep. Figures of --fail-if: success, success.low, crashed,
+refused, collisions, time, clearance, error. See docs/sweeps.md.
 """
 
 
@@ -122,14 +122,14 @@ def run(  # noqa: PLR0913 - each is an option of the command
     ] = False,
 ) -> None:
     """Run a mission many times, over seeds and factors."""
-    from missions.sweeps.asked import check_claim
     from missions.sweeps.checking import checked
     from missions.sweeps.claims import read_claim
-    from missions.sweeps.runner import SILENCE, Effort, run_sweep
-    from missions.sweeps.sweep_file import NOTHING, is_sweep_file, read_sweep_file
+    from missions.sweeps.runner import SILENCE, ExecutionSettings, run_sweep
+    from missions.sweeps.sweep import check_claim
+    from missions.sweeps.sweep_file import EMPTY, is_sweep_file, read_sweep_file
     from missions.sweeps.table import SweepFolder
 
-    words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else NOTHING
+    words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else EMPTY
     given = {
         "runs": runs, "design": design, "worlds": worlds, "seed": seed, "jobs": jobs,
         "out": out, "keep": keep,
@@ -147,32 +147,34 @@ def run(  # noqa: PLR0913 - each is an option of the command
             **assignments(parameter or [], "--parameter", "controller.cruise_speed=0.4"),
         },
     )  # fmt: skip
-    sweep = _asked(words, vary or [], robot)
+    sweep = _sweep_of(words, vary or [], robot)
     claim = words.until if until is None else _read("--until", read_claim, until)
     conditions = _conditions(fail_if) if fail_if else words.fail_if
-    effort = Effort(
+    execution = ExecutionSettings(
         words.values.get("jobs", 1),
         claim,
         words.values.get("hang_after", SILENCE),
     )
     if claim is not None:
         check_claim(sweep)
-    asked = checked(sweep, words.refusal)
+    ready = checked(sweep, words.refusal)
     if dry_run:
-        _print_runs(asked.sweep)
+        _print_runs(ready.sweep)
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
     progress = _progress(sweep.runs)
     try:
-        rows = run_sweep(asked, folder, effort, progress.update)
+        rows = run_sweep(ready, folder, execution, progress.update)
     except KeyboardInterrupt:
-        _tell(f"interrupted; the runs that are over are in {folder.path}: the same command goes on")
+        _tell(
+            f"interrupted; {folder.path} has the finished runs: run the command again to continue"
+        )
         raise typer.Exit(INTERRUPTED) from None
     _tell(progress.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
     if claim is not None:
-        typer.echo(claim.told(rows))
+        typer.echo(claim.describe(rows))
     _end(conditions, rows)
 
 
@@ -202,11 +204,11 @@ def report(
     _end(conditions, results[-1].rows)
 
 
-def _asked(words: "SweepWords", vary: list[str], robot: str | None) -> "Sweep":
-    """Return what is asked for; the command line wins over the file."""
-    from missions.sweeps.asked import FAILURES, KEEP, TIME_LIMIT, Sweep, with_choices
+def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep":
+    """Return the sweep; the command line wins over the file."""
     from missions.sweeps.design import DESIGNS, default_design
     from missions.sweeps.factors import read_factor
+    from missions.sweeps.sweep import FAILURES, KEEP, TIME_LIMIT, Sweep, with_choices
 
     factors = {factor.name: factor for factor in words.factors}
     for name, text in assignments(vary, "--vary", "controller.cruise_speed=0.4,0.8").items():
@@ -282,7 +284,7 @@ def _progress(total: int) -> Any:
 def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
-        _tell(condition.told(rows))
+        _tell(condition.describe(rows))
     if any(condition.holds(rows) for condition in conditions):
         raise typer.Exit(1)
 

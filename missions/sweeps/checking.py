@@ -9,9 +9,9 @@ from pathlib import Path
 from missions.bench.conditions import digest
 from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.resources import MISSIONS
-from missions.sweeps.asked import Sweep, check_runs
 from missions.sweeps.design import BY_SCIPY
 from missions.sweeps.factors import NORMAL, Factor
+from missions.sweeps.sweep import Sweep, check_runs
 from robots.bodies import body_kind
 from stack.errors import InputError
 from stack.optional_packages import SCIPY
@@ -66,11 +66,6 @@ def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
         for one in plans for file in dict.fromkeys([*one.read, *one.files]) if file.is_file()
     }  # fmt: skip
     return CheckedSweep(replace(sweep, factors=tuple(factors)), files)
-
-
-def option_refusal(factor: Factor, error: InputError) -> InputError:
-    """Return the error of a factor of the command line."""
-    return InputError(f"--vary {factor.name}: {error}")
 
 
 def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[str]:

@@ -55,7 +55,7 @@ class Claim:
                 return proved
         return None
 
-    def told(self, rows: Sequence[SweepRow]) -> str:
+    def describe(self, rows: Sequence[SweepRow]) -> str:
         """Return the verdict in words."""
         words = {True: "proved", False: "refuted: its opposite is proved", None: "not decided"}
         return f"{self.text}: {words[self.verdict(rows)]}"
@@ -137,7 +137,7 @@ class Condition:
         value = FIGURES[self.figure](rows)
         return value is None or bool(COMPARISONS[self.comparison](value, self.number))
 
-    def told(self, rows: Sequence[SweepRow]) -> str:
+    def describe(self, rows: Sequence[SweepRow]) -> str:
         """Return the condition with the value of its figure."""
         value = FIGURES[self.figure](rows)
         shown = "no run has this figure" if value is None else f"{self.figure} is {value:.4g}"

@@ -28,7 +28,7 @@ class Progress:
     ) -> None:  # fmt: skip
         self._total, self._show, self._tell = total, show, tell
         self._overwrites = overwrites
-        self._began = self._told = perf_counter()
+        self._began = self._shown_at = perf_counter()
         self._before: int | None = None
 
     def update(self, rows: Sequence[SweepRow]) -> None:
@@ -37,8 +37,8 @@ class Progress:
             self._before = len(rows)
         if self._overwrites:
             self._show(self.line(rows))
-        elif perf_counter() - self._told >= PLAIN_PERIOD:
-            self._told = perf_counter()
+        elif perf_counter() - self._shown_at >= PLAIN_PERIOD:
+            self._shown_at = perf_counter()
             self._tell(self.line(rows))
 
     def line(self, rows: Sequence[SweepRow]) -> str:

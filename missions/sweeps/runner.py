@@ -34,7 +34,7 @@ Follow = Callable[[list[SweepRow]], None]
 
 
 @dataclass(frozen=True)
-class Effort:
+class ExecutionSettings:
     """How a sweep is run; its results do not depend on it.
 
     Attributes:
@@ -49,7 +49,7 @@ class Effort:
 
 
 def run_sweep(
-    asked: CheckedSweep, folder: SweepFolder, effort: Effort, follow: Follow
+    checked: CheckedSweep, folder: SweepFolder, execution: ExecutionSettings, follow: Follow
 ) -> list[SweepRow]:
     """Make the runs that the folder lacks; return all rows, in the order of the runs.
 
@@ -59,24 +59,24 @@ def run_sweep(
         InputError: the folder has another sweep, or cannot be written.
     """
     with folder.open_journal() as journal:
-        rows = folder.begin(asked)
+        rows = folder.begin(checked)
         try:
-            if not _is_decided(effort.until, rows):
-                _fill(journal, rows, asked, folder, effort, follow)
+            if not _is_decided(execution.until, rows):
+                _fill(journal, rows, checked, folder, execution, follow)
         finally:
-            folder.tabulate(rows, asked.sweep)
+            folder.tabulate(rows, checked.sweep)
     return sorted(rows, key=lambda row: row.number)
 
 
 def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
-    journal: RawIOBase, rows: list[SweepRow], asked: CheckedSweep,
-    folder: SweepFolder, effort: Effort, follow: Follow,
+    journal: RawIOBase, rows: list[SweepRow], checked: CheckedSweep,
+    folder: SweepFolder, execution: ExecutionSettings, follow: Follow,
 ) -> None:  # fmt: skip
     """Append the rows of missing runs, until all are there or the claim is decided."""
-    inputs = SweepInputs(asked.sweep, folder.runs)
+    inputs = SweepInputs(checked.sweep, folder.runs)
     made = results(
-        partial(start_worker, inputs), _missing(asked, rows), effort.jobs, RUNS_PER_PROCESS,
-        silence=effort.silence, looked=lambda: follow(rows),
+        partial(start_worker, inputs), _missing(checked, rows), execution.jobs, RUNS_PER_PROCESS,
+        silence=execution.silence, on_poll=lambda: follow(rows),
     )  # fmt: skip
     tabulated = perf_counter()
     with closing(made):  # type: ignore[type-var]
@@ -85,16 +85,16 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
-            if _is_decided(effort.until, rows):
+            if _is_decided(execution.until, rows):
                 return
             if perf_counter() - tabulated >= TABLE_PERIOD:
-                folder.tabulate(rows, asked.sweep)
+                folder.tabulate(rows, checked.sweep)
                 tabulated = perf_counter()
 
 
-def _missing(asked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
+def _missing(checked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
     done = {row.number for row in rows}
-    return (run for run in asked.sweep.descriptions() if run.number not in done)
+    return (run for run in checked.sweep.descriptions() if run.number not in done)
 
 
 def _is_decided(until: Claim | None, rows: list[SweepRow]) -> bool:

@@ -1,4 +1,4 @@
-"""Files of sweeps: the words of the command line as YAML."""
+"""Files of sweeps: the options of the command line as YAML."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from missions.sweeps.asked import KEEP
 from missions.sweeps.claims import Claim, Condition, read_claim, read_condition
 from missions.sweeps.design import DESIGNS
 from missions.sweeps.factors import Factor, listed, read_factor
+from missions.sweeps.sweep import KEEP
 from stack.documents import Finding, Findings, Mark, Node, Section, read_file
 from stack.errors import InputError
 from stack.parameters import REQUIRED, Declaration
@@ -39,8 +39,8 @@ OTHERS = ("vary", "robots", "set", "parameters", "until", "fail_if")
 
 
 @dataclass(frozen=True)
-class SweepWords:
-    """What a file says; None and empty: nothing.
+class SweepFile:
+    """Contents of a sweep file; None and empty: not given.
 
     Attributes:
         values: of KEYS, by key.
@@ -66,7 +66,7 @@ class SweepWords:
         return InputError([Finding(self.marks[factor.name], CODE, sentence)])
 
 
-NOTHING = SweepWords({})
+EMPTY = SweepFile({})
 
 
 def is_sweep_file(path: Path) -> bool:
@@ -80,7 +80,7 @@ def is_sweep_file(path: Path) -> bool:
     return node.get("run") is None and any(node.get(key) for key in ("runs", "vary", "worlds"))
 
 
-def read_sweep_file(path: Path) -> SweepWords:
+def read_sweep_file(path: Path) -> SweepFile:
     """Read a file.
 
     Raises:
@@ -91,7 +91,7 @@ def read_sweep_file(path: Path) -> SweepWords:
     values = {name: top.value(declared) for name, declared in KEYS.items()}
     factors = _factors(top.node_of("vary"), findings)
     until = [node] if (node := top.node_of("until")) is not None else []
-    words = SweepWords(
+    words = SweepFile(
         values, tuple(factors.values()), {name: mark for name, mark in _marks(top.node_of("vary"))},
         tuple(_each(top.sequence("robots"), "robots", str, findings)),
         _texts(top.node_of("set"), "set", findings),
@@ -104,7 +104,7 @@ def read_sweep_file(path: Path) -> SweepWords:
     return _located(words, path.parent)
 
 
-def _located(words: SweepWords, folder: Path) -> SweepWords:
+def _located(words: SweepFile, folder: Path) -> SweepFile:
     """Return the words with names of files relative to the folder of the sweep file."""
     values = dict(words.values)
     if (folder / str(values["mission"])).exists():

@@ -1,6 +1,6 @@
 """Folder of a sweep: its description, its journal and its table.
 
-    sweep.json       what was asked, digests of the inputs, versions
+    sweep.json       the whole design, digests of the inputs, versions
     journal.jsonl    one line a run, written as soon as it is over
     runs.parquet     the same as a table, in the order of the runs
     runs/            kept run folders
@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from missions.execution.resources import versions
-from missions.sweeps.asked import Sweep
 from missions.sweeps.checking import CheckedSweep, file_differences
 from missions.sweeps.row import SweepRow, columns
+from missions.sweeps.sweep import Sweep
 from stack.documents import Finding, Mark
 from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
 from stack.errors import InputError
@@ -92,20 +92,20 @@ class SweepFolder:
             journal.truncate(content.rfind(b"\n") + 1)
             yield journal
 
-    def begin(self, asked: CheckedSweep) -> list[SweepRow]:
+    def begin(self, checked: CheckedSweep) -> list[SweepRow]:
         """Describe the sweep, or compare it with the one in the folder; return the rows so far.
 
         Raises:
             InputError: the folder has another sweep, rows of another version, or is damaged.
         """
         if (self.path / DESCRIPTION).exists():
-            self._compare(asked)
+            self._compare(checked)
         content = {
-            "format": FORMAT, **asked.sweep.plain(), "keep": asked.sweep.keep,
-            "versions": versions(), "files": asked.files,
+            "format": FORMAT, **checked.sweep.plain(), "keep": checked.sweep.keep,
+            "versions": versions(), "files": checked.files,
         }  # fmt: skip
         self._replace(DESCRIPTION, json.dumps(content, indent=2, ensure_ascii=False).encode())
-        rows = self.rows(asked.sweep.runs)
+        rows = self.rows(checked.sweep.runs)
         for row in rows:
             self._check_version(row.versions)
         return rows
@@ -176,10 +176,10 @@ class SweepFolder:
             new.unlink(missing_ok=True)
             raise _unwritten(self.path / TABLE, error) from None
 
-    def _compare(self, asked: CheckedSweep) -> None:
+    def _compare(self, checked: CheckedSweep) -> None:
         sweep, content = self._described()
         found = [
-            *asked.sweep.differences(sweep), *file_differences(content["files"], asked.files)
+            *checked.sweep.differences(sweep), *file_differences(content["files"], checked.files)
         ]  # fmt: skip
         if found:
             raise InputError(f"{self.path} has another sweep: {'; '.join(found[:3])}", OTHER_OUT)
@@ -237,5 +237,5 @@ def _type_of(name: str, values: Sequence[Any]) -> Any:
 def _unwritten(file: Path, error: OSError) -> InputError:
     return InputError(
         f"cannot write {file}: {error.strerror or error}; the rows before are kept",
-        "free some space; the same command then goes on",
+        "free some space, then run the command again to continue",
     )

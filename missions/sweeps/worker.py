@@ -30,9 +30,9 @@ from missions.execution.running import execute
 from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.page.story import read_story
-from missions.sweeps.asked import ALL, FAILURES, NONE, Sweep
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, FAILURE, REFUSED, SUCCESS, TIME_LIMIT, SweepRow
+from missions.sweeps.sweep import ALL, FAILURES, NONE, Sweep
 from missions.sweeps.table import place_of
 from robots.bodies import BodySetup, MakeBody, Simulated, body_kind
 from robots.simulated import SimulatedBody
@@ -52,7 +52,7 @@ class SweepInputs:
     """What all runs of a sweep have in common.
 
     Attributes:
-        sweep: what is asked.
+        sweep: the mission, its factors and options.
         runs: folder of the run folders, absolute.
     """
 
@@ -181,7 +181,7 @@ class RunMaker:
 class SharedSimulation:
     """The simulation of the last run, reset for the next one of the same robot, world and start.
 
-    After `Simulation.reset` it goes on bit for bit as a new one.
+    After `Simulation.reset` it is bit for bit like a new one.
     """
 
     def __init__(self) -> None:
@@ -222,7 +222,7 @@ class SharedSimulation:
 
 
 class _Watch(RunWatch):
-    """Tells that a run gets on, and ends one that takes too long.
+    """Reports the progress of a run, and ends one that takes too long.
 
     Attributes:
         is_late: whether it was ended.

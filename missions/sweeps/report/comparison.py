@@ -11,10 +11,10 @@ from missions.sweeps.report.results import Results
 from missions.sweeps.row import SweepRow, counted
 from missions.sweeps.statistics import mann_whitney, mcnemar, newcombe
 
-CERTAIN = 0.05
+SIGNIFICANCE = 0.05
 """Significance level."""
 
-LEAST = 8
+MIN_VALUES = 8
 """Values of each sweep from which the normal approximation of the rank test holds."""
 
 FIGURES: dict[str, tuple[str, Callable[[SweepRow], float | None]]] = {
@@ -33,13 +33,13 @@ class Compared:
         figure: its name.
         values: of the first and of the second sweep, as text.
         statement: the difference of the second to the first, and what the test says.
-        is_certain: whether the difference is significant.
+        is_significant: whether the difference is significant.
     """
 
     figure: str
     values: tuple[str, str]
     statement: str
-    is_certain: bool
+    is_significant: bool
 
 
 def compared(first: Results, second: Results) -> Iterator[Compared]:
@@ -50,14 +50,14 @@ def compared(first: Results, second: Results) -> Iterator[Compared]:
             [value for row in one.counting if (value := read(row)) is not None]
             for one in (first, second)
         )
-        if min(len(before), len(after)) < LEAST:
+        if min(len(before), len(after)) < MIN_VALUES:
             continue
         share, p_value = mann_whitney(after, before)
         yield Compared(
             name,
             (f"{median(before):.3g} {unit}", f"{median(after):.3g} {unit}"),
             f"larger in {share:.0%} of all pairs; Mann-Whitney p = {_p(p_value)}",
-            p_value < CERTAIN,
+            p_value < SIGNIFICANCE,
         )
 
 
@@ -72,7 +72,7 @@ def _success(first: Results, second: Results) -> Compared:
             f"{len(pairs)} pairs with the same seed and settings: {won} succeed only in the second,"
             f" {lost} only in the first; McNemar (exact) p = {_p(p_value)}"
         )
-        return Compared("success", rates, statement, p_value < CERTAIN)
+        return Compared("success", rates, statement, p_value < SIGNIFICANCE)
     one, other = counted(second.rows), counted(first.rows)
     if not (one[1] and other[1]):
         return Compared("success", rates, "one of them has no run that counts", False)

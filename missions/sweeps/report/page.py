@@ -226,7 +226,7 @@ def _comparison(first: Results, second: Results) -> str:
     lines = "".join(
         f"<tr><td>{_safe(one.figure)}</td><td>{_safe(one.values[0])}</td>"
         f"<td>{_safe(one.values[1])}</td>"
-        f"<td>{'<b>significant</b>: ' if one.is_certain else ''}{_safe(one.statement)}</td></tr>"
+        f"<td>{'<b>significant</b>: ' * one.is_significant}{_safe(one.statement)}</td></tr>"
         for one in compared(first, second)
     )
     names = "".join(f"<th>{_safe(one.name)}</th>" for one in (first, second))

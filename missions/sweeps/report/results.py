@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from missions.sweeps.asked import Sweep
 from missions.sweeps.factors import Factor, Value
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import groups_of
+from missions.sweeps.sweep import Sweep
 from missions.sweeps.table import SweepFolder
 from stack.errors import InputError
 

@@ -6,10 +6,11 @@ import pytest
 
 import missions
 from missions.inspection.run_folders import is_run_folder
-from missions.sweeps.asked import Sweep
-from missions.sweeps.checking import checked, option_refusal
+from missions.sweeps.checking import checked
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import read_factor
+from missions.sweeps.sweep import Sweep
+from missions.sweeps.sweep_file import EMPTY
 from missions.sweeps.worker import RunMaker, SweepInputs
 from robots.load import find_robot
 from stack.errors import InputError
@@ -108,7 +109,7 @@ def test_a_mission_that_keeps_values_begins_each_run_with_the_initial_ones(tmp_p
 
 def errors(sweep):
     with pytest.raises(InputError) as error:
-        checked(sweep, option_refusal)
+        checked(sweep, EMPTY.refusal)
     return str(error.value)
 
 
@@ -133,15 +134,15 @@ def test_a_bad_factor_is_an_error_before_anything_runs(turn, name, values, words
 def test_whole_numbers_are_recognised(turn):
     factors = (read_factor("times", "uniform(1, 3)"),
                read_factor("controller.cruise_speed", "uniform(0.3, 0.5)"))  # fmt: skip
-    asked = checked(Sweep(str(turn), 10, "random", factors), option_refusal)
-    assert [factor.whole for factor in asked.sweep.factors] == [True, False]
-    assert {dict(run.settings)["times"] for run in asked.sweep.descriptions()} == {"1", "2", "3"}
+    ready = checked(Sweep(str(turn), 10, "random", factors), EMPTY.refusal)
+    assert [factor.whole for factor in ready.sweep.factors] == [True, False]
+    assert {dict(run.settings)["times"] for run in ready.sweep.descriptions()} == {"1", "2", "3"}
 
 
 def test_starts_are_places_and_poses(turn):
     factor = read_factor("start", "dock,[2, 2.5, 90 deg]")
-    asked = checked(Sweep(str(turn), 2, "grid", (factor,)), option_refusal)
-    assert "turn.yaml" in asked.files and "missions/worlds/small_room.yaml" in asked.files
+    ready = checked(Sweep(str(turn), 2, "grid", (factor,)), EMPTY.refusal)
+    assert "turn.yaml" in ready.files and "missions/worlds/small_room.yaml" in ready.files
 
 
 def test_a_grid_needs_lists_and_enough_runs(turn):

@@ -77,7 +77,7 @@ def test_a_claim_counts_runs_in_their_order():
     assert claim.verdict([*every[:3], *every[4:]]) is None
     assert claim.verdict(rows("r" + "s" * 12)) is True
     assert claim.verdict(rows("f" * 12)) is False
-    assert claim.told(every[:2]) == "success > 50 % at 95 %: not decided"
+    assert claim.describe(every[:2]) == "success > 50 % at 95 %: not decided"
 
 
 @pytest.mark.parametrize(

@@ -18,15 +18,15 @@ from typer.testing import CliRunner
 from missions.bench.processes import ProcessEnded
 from missions.cli.app import app
 from missions.sweeps import runner
-from missions.sweeps.asked import Sweep, with_choices
-from missions.sweeps.checking import checked, option_refusal
+from missions.sweeps.checking import checked
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import read_factor
 from missions.sweeps.report.page import run_command
 from missions.sweeps.report.results import read_results
 from missions.sweeps.row import SweepRow
-from missions.sweeps.runner import Effort, run_sweep
-from missions.sweeps.sweep_file import is_sweep_file, read_sweep_file
+from missions.sweeps.runner import ExecutionSettings, run_sweep
+from missions.sweeps.sweep import Sweep, with_choices
+from missions.sweeps.sweep_file import EMPTY, is_sweep_file, read_sweep_file
 from missions.sweeps.table import JOURNAL, TABLE, SweepFolder
 from stack.errors import InputError
 
@@ -51,10 +51,10 @@ def executed(monkeypatch):
     return made
 
 
-def swept(turn, out, follow=lambda rows: None, effort=None, **changes):
+def swept(turn, out, follow=lambda rows: None, execution=None, **changes):
     sweep = Sweep(str(turn), 12, "random", FACTORS)
-    asked = checked(replace(sweep, **changes), option_refusal)
-    return run_sweep(asked, SweepFolder(out), effort or Effort(), follow)
+    ready = checked(replace(sweep, **changes), EMPTY.refusal)
+    return run_sweep(ready, SweepFolder(out), execution or ExecutionSettings(), follow)
 
 
 def test_the_table_has_typed_factors_and_a_row_a_run(turn, tmp_path, executed):
@@ -158,7 +158,7 @@ def test_a_claim_ends_the_sweep(turn, tmp_path, executed):
     from missions.sweeps.claims import read_claim
 
     claim = read_claim("success > 0.3 at 95 %")
-    rows = swept(turn, tmp_path / "out", effort=Effort(until=claim), runs=500)
+    rows = swept(turn, tmp_path / "out", execution=ExecutionSettings(until=claim), runs=500)
     assert claim.verdict(rows) is True and claim.verdict(rows[:-1]) is None
     assert len(rows) == len(executed) < 30
 
@@ -355,7 +355,7 @@ def test_a_sweep_survives_signals(turn, tmp_path):
     wait_for_rows(out / JOURNAL, 5)
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=60)
-    assert process.returncode == 130 and "the same command goes on" in told
+    assert process.returncode == 130 and "run the command again to continue" in told
     first = lines_in(out / JOURNAL)
     assert [row["outcome"] for row in first if row["outcome"] != "success"] == ["killed"]
 

@@ -1,4 +1,4 @@
-"""What is asked of a sweep, by the command line or a file."""
+"""A sweep: a mission, what varies, and how often it runs."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Sweep:
         return (plan.run(number) for number in range(self.runs))
 
     def options(self, settings: Mapping[str, str], seed: int) -> RunOptions:
-        """Return the options of a run: as `treepilot run` would be told them."""
+        """Return the options of a run: as those of `treepilot run`."""
         named = {name: settings.get(name, given) for name, given in (
             (WORLD, self.world), (ROBOT, self.robot), (START, self.start)
         )}  # fmt: skip
