@@ -52,8 +52,7 @@ deviations. Every factor is tried on the mission before anything runs. A file ha
     controller.use: [pure_pursuit, mppi]
 
 Results: runs.parquet, one row a run; sweep.json; runs/, the kept run folders. Run the command
-again to continue an interrupted sweep. Figures of --fail-if: success, success.low, crashed,
-refused, collisions, time, clearance, error. See docs/sweeps.md.
+again to continue an interrupted sweep. docs/sweeps.md lists the figures of --fail-if.
 """
 
 

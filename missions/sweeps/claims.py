@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import ge, gt, le, lt
-from statistics import median
 
-from missions.bench.bench import wilson
-from missions.sweeps.row import CRASHED, HUNG, KILLED, REFUSED, SweepRow, counted
+from missions.sweeps.figures import FIGURES
+from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import is_proved
 from stack.errors import InputError
 from stack.parameters import suggestion
-
-Figure = Callable[[Sequence[SweepRow]], float | None]
 
 COMPARISONS = {"<": lt, "<=": le, ">": gt, ">=": ge}
 
@@ -78,43 +75,6 @@ def read_claim(text: str) -> Claim:
     if not 0.5 <= certainty < 1.0:
         raise InputError(f"{text}: the certainty {certainty:.4g} is not in [0.5, 1)", example)
     return Claim(text.strip(), rate, 1.0 - certainty)
-
-
-def _rate(rows: Sequence[SweepRow]) -> float | None:
-    successes, runs = counted(rows)
-    return successes / runs if runs else None
-
-
-def _share_of(*outcomes: str) -> Figure:
-    def share(rows: Sequence[SweepRow]) -> float | None:
-        return sum(row.outcome in outcomes for row in rows) / len(rows) if rows else None
-
-    return share
-
-
-def _of(
-    read: Callable[[SweepRow], float | None], summary: Callable[[list[float]], float]
-) -> Figure:
-    def figure(rows: Sequence[SweepRow]) -> float | None:
-        values = [value for row in rows if (value := read(row)) is not None]
-        return summary(values) if values else None
-
-    return figure
-
-
-FIGURES: dict[str, Figure] = {
-    "success": _rate,
-    "success.low": lambda rows: wilson(*counted(rows))[0],
-    "crashed": _share_of(CRASHED, HUNG, KILLED),
-    "refused": _share_of(REFUSED),
-    "collisions": _of(lambda row: row.collisions, lambda values: sum(values) / len(values)),
-    "time": _of(lambda row: row.seconds if row.is_success else None, median),
-    "clearance": _of(lambda row: row.clearance, min),
-    "error": _of(lambda row: row.error_max, max),
-}
-"""Figures of conditions: rate of success and the lower end of its 95 % interval; share of runs that
-crashed, hung or were killed, and of refused ones; contacts a run; median time of the successes;
-least clearance; largest error of the pose."""
 
 
 @dataclass(frozen=True, slots=True)

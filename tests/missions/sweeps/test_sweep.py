@@ -402,6 +402,7 @@ def test_pages_of_one_sweep_and_of_two(turn, tmp_path, executed):
               "--fail-if", "success < 0.85"],
     )  # fmt: skip
     assert again.exit_code == 1
+    assert "simulated time of the successes" in page.read_text()
     assert "30 pairs with the same seed and settings: 0 succeed only in the second" in (
         page.read_text()
     )
