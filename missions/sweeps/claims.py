@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from operator import ge, gt, le, lt
 
@@ -34,28 +34,49 @@ class Claim:
     error: float
 
     def verdict(self, rows: Sequence[SweepRow]) -> bool | None:
-        """Whether the claim is proved (True) or its opposite (False); None: neither yet.
-
-        Runs count in the order of their numbers, up to the first one that is missing: a run that
-        fails may take longer, so that those which are over are no fair sample. The answer is the
-        first one that the runs give.
-        """
-        successes = trials = 0
-        for number, row in enumerate(sorted(rows, key=lambda row: row.number)):
-            if row.number != number:
-                break
-            if not row.counts:
-                continue
-            successes, trials = successes + row.is_success, trials + 1
-            proved = is_proved(successes, trials, self.rate, self.error)
-            if proved is not None:
-                return proved
-        return None
+        """Whether the claim is proved (True) or its opposite (False); None: neither yet."""
+        return Decision(self, rows).verdict
 
     def describe(self, rows: Sequence[SweepRow]) -> str:
         """Return the verdict in words."""
         words = {True: "proved", False: "refuted: its opposite is proved", None: "not decided"}
         return f"{self.text}: {words[self.verdict(rows)]}"
+
+
+class Decision:
+    """Verdict on a claim, after each run.
+
+    Runs count in the order of their numbers, up to the first one that is missing: a run that fails
+    may take longer, so that those which are over are no fair sample.
+
+    Args:
+        claim: about the runs.
+        rows: of the runs so far.
+
+    Attributes:
+        verdict: as of `Claim.verdict`; the first one that the runs give.
+    """
+
+    def __init__(self, claim: Claim, rows: Iterable[SweepRow]) -> None:
+        self.verdict: bool | None = None
+        self._claim = claim
+        self._waiting: dict[int, SweepRow] = {}
+        self._number = self._successes = self._trials = 0
+        for row in rows:
+            self.add(row)
+
+    def add(self, row: SweepRow) -> None:
+        """Take a further run into account."""
+        self._waiting[row.number] = row
+        while self.verdict is None and self._number in self._waiting:
+            counted = self._waiting.pop(self._number)
+            self._number += 1
+            if counted.counts:
+                self._successes += counted.is_success
+                self._trials += 1
+                self.verdict = is_proved(
+                    self._successes, self._trials, self._claim.rate, self._claim.error
+                )
 
 
 def read_claim(text: str) -> Claim:

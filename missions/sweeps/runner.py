@@ -13,7 +13,7 @@ from missions.bench.processes import ProcessEnded, results
 from missions.execution.resources import versions
 from missions.inspection.run_folders import is_run_folder
 from missions.sweeps.checking import CheckedSweep
-from missions.sweeps.claims import Claim
+from missions.sweeps.claims import Claim, Decision
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
 from missions.sweeps.table import SweepFolder, place_of
@@ -61,8 +61,7 @@ def run_sweep(
     with folder.open_journal() as journal:
         rows = folder.begin(checked)
         try:
-            if not _is_decided(execution.until, rows):
-                _fill(journal, rows, checked, folder, execution, follow)
+            _fill(journal, rows, checked, folder, execution, follow)
         finally:
             folder.tabulate(rows, checked.sweep)
     return sorted(rows, key=lambda row: row.number)
@@ -73,6 +72,9 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
     folder: SweepFolder, execution: ExecutionSettings, follow: Follow,
 ) -> None:  # fmt: skip
     """Append the rows of missing runs, until all are there or the claim is decided."""
+    decision = None if execution.until is None else Decision(execution.until, rows)
+    if decision is not None and decision.verdict is not None:
+        return
     inputs = SweepInputs(checked.sweep, folder.runs)
     made = results(
         partial(start_worker, inputs), _missing(checked, rows), execution.jobs, RUNS_PER_PROCESS,
@@ -85,8 +87,10 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
-            if _is_decided(execution.until, rows):
-                return
+            if decision is not None:
+                decision.add(row)
+                if decision.verdict is not None:
+                    return
             if perf_counter() - tabulated >= TABLE_PERIOD:
                 folder.tabulate(rows, checked.sweep)
                 tabulated = perf_counter()
@@ -95,10 +99,6 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
 def _missing(checked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
     done = {row.number for row in rows}
     return (run for run in checked.sweep.descriptions() if run.number not in done)
-
-
-def _is_decided(until: Claim | None, rows: list[SweepRow]) -> bool:
-    return until is not None and until.verdict(rows) is not None
 
 
 def _row(

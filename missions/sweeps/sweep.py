@@ -96,8 +96,8 @@ class Sweep:
         Raises:
             LookupError, TypeError, MalformedError: they are not those of a sweep.
         """
-        values = {name: codec.decode(plain[name]) for name, codec in field_codecs(cls).items()
-                  if name != "factors"}  # fmt: skip
+        codecs = field_codecs(Sweep).items()
+        values = {name: codec.decode(plain[name]) for name, codec in codecs if name != "factors"}
         return cls(**values, factors=tuple(map(Factor.read, plain["factors"])))
 
     @property

@@ -7,7 +7,7 @@ from math import erfc, sqrt
 import numpy as np
 import pytest
 
-from missions.sweeps.claims import read_claim, read_condition
+from missions.sweeps.claims import Decision, read_claim, read_condition
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import (
     groups_of,
@@ -78,6 +78,16 @@ def test_a_claim_counts_runs_in_their_order():
     assert claim.verdict(rows("r" + "s" * 12)) is True
     assert claim.verdict(rows("f" * 12)) is False
     assert claim.describe(every[:2]) == "success > 50 % at 95 %: not decided"
+
+
+def test_a_decision_run_by_run_is_that_of_all_runs():
+    """Whatever the order in which they end."""
+    claim, every = read_claim("success > 50 % at 95 %"), rows("rfsss" + "s" * 20)
+    decision = Decision(claim, every[7::-1])
+    for count in range(8, 25):
+        assert decision.verdict is claim.verdict(every[:count])
+        decision.add(every[count])
+    assert decision.verdict is True
 
 
 @pytest.mark.parametrize(
