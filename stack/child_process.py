@@ -135,7 +135,8 @@ class Worker:
 
     def _lost(self, error: Exception) -> WorkerError:
         """Return what became of the process."""
-        assert self._process is not None
+        if self._process is None:
+            return self._fail(WorkerError(f"{self._name} cannot be started: {error}"))
         if isinstance(error, BlockingIOError):
             return self._fail(
                 WorkerError(f"{self._name} gave no answer for {Patience.LONGEST:g} s")

@@ -16,9 +16,10 @@ from __future__ import annotations
 import sysconfig
 import traceback
 from collections.abc import Sequence
+from copyreg import __newobj__  # type: ignore[attr-defined]
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 if TYPE_CHECKING:
     from stack.types import FailureCode
@@ -94,6 +95,10 @@ def _shortened(text: str) -> str:
 
 class TreepilotError(Exception):
     """Base class of treepilot's exceptions."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle text and attributes: the constructors of subclasses take other arguments."""
+        return __newobj__, (type(self), *self.args), self.__dict__
 
 
 class InputError(TreepilotError):

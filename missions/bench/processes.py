@@ -27,10 +27,10 @@ from stack.patience import Patience, processor_time
 E = TypeVar("E")
 
 Alive = Callable[[], None]
-"""What a run calls after each step that gets it further."""
+"""What a run calls after each step that makes progress."""
 
 Start = Callable[[Alive], Callable[[E], Any]]
-"""Called once in each process, with what tells that a run gets on; returns what makes the runs.
+"""Called once in each process, with what reports progress; returns what makes the runs.
 It can be pickled."""
 
 LONGEST_RUN = 4.0 * 3600.0
@@ -42,8 +42,8 @@ STDERR = 2
 LONGEST_END = 10.0
 """Wall seconds that a process may take to end."""
 
-LOOKS = 2.0
-"""Wall seconds between two looks at the processes."""
+POLL_PERIOD = 2.0
+"""Wall seconds between two polls of the processes."""
 
 PR_SET_PDEATHSIG = 1
 """Of prctl(2): the signal that a process gets when its parent ends."""
@@ -55,7 +55,7 @@ class ProcessEnded:
 
     Attributes:
         reason: a sentence.
-        hung: whether it was ended because the run did not get on.
+        hung: whether it was ended because the run made no progress.
         killed: whether somebody else killed it, such as the system for want of memory.
     """
 
@@ -70,8 +70,8 @@ class _Worker:
     def __init__(self, start: Start[Any], silence: float) -> None:
         context = get_context("spawn")
         self.connection, theirs = context.Pipe()
-        self._silence, self._heard = silence, context.RawValue("L", 0)
-        arguments = theirs, start, self._heard, os.getpid()
+        self._silence, self._progress = silence, context.RawValue("L", 0)
+        arguments = theirs, start, self._progress, os.getpid()
         self.process: BaseProcess = context.Process(target=_serve, args=arguments, daemon=True)
         self.process.start()
         theirs.close()
@@ -85,12 +85,12 @@ class _Worker:
         """Seconds until the run counts as hung; 0 afterwards."""
         return self._patience.left
 
-    def heed(self, waited: float) -> None:
-        """Count wall seconds in which the run may have got further."""
-        if self._heard.value == self._noted:
+    def note_progress(self, waited: float) -> None:
+        """Count wall seconds in which the run may have made progress."""
+        if self._progress.value == self._noted:
             self._patience.spend(waited)
             return
-        self._noted = self._heard.value
+        self._noted = self._progress.value
         self._patience.begin()
 
     def give(self, entry: Any) -> None:
@@ -120,7 +120,7 @@ class _Worker:
 
 def results(  # noqa: PLR0913 - the optional ones by keyword
     start: Start[E], entries: Iterable[E], jobs: int, runs_per_process: int, *,
-    silence: float | None = None, looked: Callable[[], None] = lambda: None,
+    silence: float | None = None, on_poll: Callable[[], None] = lambda: None,
 ) -> Iterator[tuple[E, Any]]:  # fmt: skip
     """Yield entries with what was made of them, in the order in which the runs finish.
 
@@ -134,7 +134,7 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
         runs_per_process: a process is replaced after so many runs.
         silence: seconds that a run may compute, or do nothing, since it began or was alive; then it
             counts as hung. None: LONGEST_RUN.
-        looked: called every LOOKS seconds.
+        on_poll: called every POLL_PERIOD seconds.
     """
     waiting = iter(entries)
     silence = LONGEST_RUN if silence is None else silence
@@ -151,10 +151,11 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
                 workers.append(_Worker(start, silence))
                 employ(workers[-1])
             began, left = perf_counter(), min(worker.left for worker in workers)
-            wait([worker.connection for worker in workers], min(left, LOOKS))
+            wait([worker.connection for worker in workers], min(left, POLL_PERIOD))
+            waited = min(POLL_PERIOD, perf_counter() - began)  # without the time of Ctrl-Z
             for worker in workers:
-                worker.heed(perf_counter() - began)
-            looked()
+                worker.note_progress(waited)
+            on_poll()
             for worker in [one for one in workers if one.connection.poll() or not one.left]:
                 entry, result = worker.entry, worker.result()
                 over = isinstance(result, ProcessEnded) or worker.given >= runs_per_process
@@ -179,7 +180,9 @@ def bounded() -> Iterator[None]:
         faulthandler.cancel_dump_traceback_later()
 
 
-def _serve(connection: Connection, start: Start[Any], heard: ctypes.c_ulong, parent: int) -> None:
+def _serve(
+    connection: Connection, start: Start[Any], progress: ctypes.c_ulong, parent: int
+) -> None:
     """Make runs until the parent ends."""
     # ctrl+C reaches every process of a terminal: the parent ends its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -188,7 +191,7 @@ def _serve(connection: Connection, start: Start[Any], heard: ctypes.c_ulong, par
         return
 
     def alive() -> None:
-        heard.value += 1
+        progress.value += 1
 
     make = start(alive)
     while True:

@@ -2,8 +2,9 @@
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 from typer.core import TyperGroup
@@ -14,11 +15,14 @@ from missions.cli.tune import INTERRUPTED, duration
 from stack.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    from missions.sweeps.asked import Sweep
+    from missions.sweeps.claims import Condition
     from missions.sweeps.row import SweepRow
-    from missions.sweeps.sweep_file import SweepWords
+    from missions.sweeps.sweep import Sweep
+    from missions.sweeps.sweep_file import SweepFile
+
+T = TypeVar("T")
 
 HELP = """Run a mission many times, over seeds and factors.
 
@@ -47,9 +51,8 @@ deviations. Every factor is tried on the mission before anything runs. A file ha
     controller.cruise_speed: uniform(0.3, 0.9)
     controller.use: [pure_pursuit, mppi]
 
-Results: runs.parquet, one row a run; sweep.json; runs/, the kept run folders. An interrupted sweep
-goes on with the same command. Figures of --fail-if: success, success.low, crashed, refused,
-collisions, time, clearance, error. See docs/sweeps.md.
+Results: runs.parquet, one row a run; sweep.json; runs/, the kept run folders. Run the command
+again to continue an interrupted sweep. docs/sweeps.md lists the figures of --fail-if.
 """
 
 
@@ -119,15 +122,16 @@ def run(  # noqa: PLR0913 - each is an option of the command
 ) -> None:
     """Run a mission many times, over seeds and factors."""
     from missions.sweeps.checking import checked
-    from missions.sweeps.claims import read_claim, read_condition
-    from missions.sweeps.runner import SILENCE, Effort, run_sweep
-    from missions.sweeps.sweep_file import NOTHING, is_sweep_file, read_sweep_file
+    from missions.sweeps.claims import read_claim
+    from missions.sweeps.runner import SILENCE, ExecutionSettings, run_sweep
+    from missions.sweeps.sweep import check_claim
+    from missions.sweeps.sweep_file import EMPTY, is_sweep_file, read_sweep_file
     from missions.sweeps.table import SweepFolder
 
-    words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else NOTHING
+    words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else EMPTY
     given = {
         "runs": runs, "design": design, "worlds": worlds, "seed": seed, "jobs": jobs,
-        "out": out, "keep": keep, "until": until,
+        "out": out, "keep": keep,
         "time_limit": None if time_limit is None else duration(time_limit, "--time-limit"),
         "hang_after": None if hang_after is None else duration(hang_after, "--hang-after"),
     }  # fmt: skip
@@ -142,29 +146,34 @@ def run(  # noqa: PLR0913 - each is an option of the command
             **assignments(parameter or [], "--parameter", "controller.cruise_speed=0.4"),
         },
     )  # fmt: skip
-    sweep = _asked(words, vary or [], robot)
-    conditions = [read_condition(text) for text in fail_if or words.fail_if]
-    effort = Effort(
+    sweep = _sweep_of(words, vary or [], robot)
+    claim = words.until if until is None else _read("--until", read_claim, until)
+    conditions = _conditions(fail_if) if fail_if else words.fail_if
+    execution = ExecutionSettings(
         words.values.get("jobs", 1),
-        read_claim(words.values["until"]) if "until" in words.values else None,
+        claim,
         words.values.get("hang_after", SILENCE),
     )
-    asked = checked(sweep, words.refusal)
+    if claim is not None:
+        check_claim(sweep)
+    ready = checked(sweep, words.refusal)
     if dry_run:
-        _print_runs(asked.sweep)
+        _print_runs(ready.sweep)
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
     progress = _progress(sweep.runs)
     try:
-        rows = run_sweep(asked, folder, effort, progress.update)
+        rows = run_sweep(ready, folder, execution, progress.update)
     except KeyboardInterrupt:
-        _tell(f"interrupted; the runs that are over are in {folder.path}: the same command goes on")
+        _tell(
+            f"interrupted; {folder.path} has the finished runs: run the command again to continue"
+        )
         raise typer.Exit(INTERRUPTED) from None
     _tell(progress.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
-    if effort.until is not None:
-        typer.echo(effort.until.told(rows))
+    if claim is not None:
+        typer.echo(claim.describe(rows))
     _end(conditions, rows)
 
 
@@ -181,12 +190,12 @@ def report(
     Success by factor, distributions, clusters of failures, sensitivities, and where runs fail. One
     file without scripts that needs no network.
     """
-    from missions.sweeps.claims import read_condition
-    from missions.sweeps.report.page import page_of, read_results
+    from missions.sweeps.report.page import page_of
+    from missions.sweeps.report.results import read_results
 
     if len(folders) > 2:
         raise InputError(f"{len(folders)} sweeps; one or two can be reported")
-    conditions = [read_condition(text) for text in fail_if or []]
+    conditions = _conditions(fail_if or [])
     results = [read_results(folder) for folder in folders]
     file = out or folders[0] / "report.html"
     file.write_text(page_of(results, file.parent), "utf-8")
@@ -194,18 +203,15 @@ def report(
     _end(conditions, results[-1].rows)
 
 
-def _asked(words: "SweepWords", vary: list[str], robot: str | None) -> "Sweep":
-    """Return what is asked for; the command line wins over the file."""
-    from missions.sweeps.asked import FAILURES, KEEP, TIME_LIMIT, Sweep, with_choices
+def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep":
+    """Return the sweep; the command line wins over the file."""
     from missions.sweeps.design import DESIGNS, default_design
     from missions.sweeps.factors import read_factor
+    from missions.sweeps.sweep import FAILURES, KEEP, TIME_LIMIT, Sweep, with_choices
 
     factors = {factor.name: factor for factor in words.factors}
     for name, text in assignments(vary, "--vary", "controller.cruise_speed=0.4,0.8").items():
-        try:
-            factors[name] = read_factor(name, text)
-        except InputError as error:
-            raise InputError(f"--vary {name}={text}: {error}") from None
+        factors[name] = _read(f"--vary {name}={text}", partial(read_factor, name), text)
     values = words.values
     for option, allowed in (("design", DESIGNS), ("keep", KEEP)):
         if values.get(option, allowed[0]) not in allowed:
@@ -217,6 +223,20 @@ def _asked(words: "SweepWords", vary: list[str], robot: str | None) -> "Sweep":
     )  # fmt: skip
     sweep = with_choices(sweep, values.get("worlds", ""), words.robots)
     return replace(sweep, design=values.get("design", default_design(sweep.factors)))
+
+
+def _conditions(texts: list[str]) -> "list[Condition]":
+    from missions.sweeps.claims import read_condition
+
+    return [_read("--fail-if", read_condition, text) for text in texts]
+
+
+def _read(option: str, read: "Callable[[str], T]", text: str) -> "T":
+    """Read the value of an option, which errors name."""
+    try:
+        return read(text)
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from None
 
 
 MOST_SHOWN = 10
@@ -260,10 +280,10 @@ def _progress(total: int) -> Any:
     return Progress(total, show, _tell, overwrites=sys.stderr.isatty())
 
 
-def _end(conditions: list[Any], rows: "Sequence[SweepRow]") -> None:
+def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
-        _tell(condition.told(rows))
+        _tell(condition.describe(rows))
     if any(condition.holds(rows) for condition in conditions):
         raise typer.Exit(1)
 

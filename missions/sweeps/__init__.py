@@ -1,6 +1,6 @@
 """`treepilot sweep`: runs of a mission over seeds and factors, and what they show.
 
-factors, design (what varies, in which runs) · asked, sweep_file, checking (what is asked for, and
+factors, design (what varies, in which runs) · sweep, sweep_file, checking (all of a sweep, and
 whether it can run) · worker (one run, as a function) · row, table (its figures, on disk) · runner,
-progress (many runs) · statistics, claims (what they prove) · report/
+progress (many runs) · figures, statistics, claims (what they prove) · report/
 """

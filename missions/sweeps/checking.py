@@ -9,9 +9,9 @@ from pathlib import Path
 from missions.bench.conditions import digest
 from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.resources import MISSIONS
-from missions.sweeps.asked import Sweep, check_runs
 from missions.sweeps.design import BY_SCIPY
 from missions.sweeps.factors import NORMAL, Factor
+from missions.sweeps.sweep import ROBOT, START, WORLD, Sweep, check_runs
 from robots.bodies import body_kind
 from stack.errors import InputError
 from stack.optional_packages import SCIPY
@@ -68,11 +68,6 @@ def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
     return CheckedSweep(replace(sweep, factors=tuple(factors)), files)
 
 
-def option_refusal(factor: Factor, error: InputError) -> InputError:
-    """Return the error of a factor of the command line."""
-    return InputError(f"--vary {factor.name}: {error}")
-
-
 def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[str]:
     """Yield which files differ, as sentences."""
     for name in {**before, **now}:
@@ -85,7 +80,7 @@ def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[st
 def _check_name(factor: Factor, plan: PreparedMission) -> None:
     """Raise InputError for a name that is neither an argument nor that of a component."""
     name = factor.name
-    known = [*plan.mission.arguments, "world", "robot", "start"]
+    known = [*plan.mission.arguments, WORLD, ROBOT, START]
     if "." not in name and name not in known:
         raise InputError(
             f"the mission {plan.mission.source.name} has no argument {name!r}",

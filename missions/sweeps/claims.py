@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from operator import ge, gt, le, lt
-from statistics import median
 
-from missions.bench.bench import wilson
-from missions.sweeps.row import CRASHED, HUNG, KILLED, REFUSED, SweepRow, counted
+from missions.sweeps.figures import FIGURES
+from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import is_proved
 from stack.errors import InputError
 from stack.parameters import suggestion
-
-Figure = Callable[[Sequence[SweepRow]], float | None]
 
 COMPARISONS = {"<": lt, "<=": le, ">": gt, ">=": ge}
 
@@ -37,28 +34,49 @@ class Claim:
     error: float
 
     def verdict(self, rows: Sequence[SweepRow]) -> bool | None:
-        """Whether the claim is proved (True) or its opposite (False); None: neither yet.
+        """Whether the claim is proved (True) or its opposite (False); None: neither yet."""
+        return Decision(self, rows).verdict
 
-        Runs count in the order of their numbers, up to the first one that is missing: a run that
-        fails may take longer, so that those which are over are no fair sample. The answer is the
-        first one that the runs give.
-        """
-        successes = trials = 0
-        for number, row in enumerate(sorted(rows, key=lambda row: row.number)):
-            if row.number != number:
-                break
-            if not row.counts:
-                continue
-            successes, trials = successes + row.is_success, trials + 1
-            proved = is_proved(successes, trials, self.rate, self.error)
-            if proved is not None:
-                return proved
-        return None
-
-    def told(self, rows: Sequence[SweepRow]) -> str:
+    def describe(self, rows: Sequence[SweepRow]) -> str:
         """Return the verdict in words."""
         words = {True: "proved", False: "refuted: its opposite is proved", None: "not decided"}
         return f"{self.text}: {words[self.verdict(rows)]}"
+
+
+class Decision:
+    """Verdict on a claim, after each run.
+
+    Runs count in the order of their numbers, up to the first one that is missing: a run that fails
+    may take longer, so that those which are over are no fair sample.
+
+    Args:
+        claim: about the runs.
+        rows: of the runs so far.
+
+    Attributes:
+        verdict: as of `Claim.verdict`; the first one that the runs give.
+    """
+
+    def __init__(self, claim: Claim, rows: Iterable[SweepRow]) -> None:
+        self.verdict: bool | None = None
+        self._claim = claim
+        self._waiting: dict[int, SweepRow] = {}
+        self._number = self._successes = self._trials = 0
+        for row in rows:
+            self.add(row)
+
+    def add(self, row: SweepRow) -> None:
+        """Take a further run into account."""
+        self._waiting[row.number] = row
+        while self.verdict is None and self._number in self._waiting:
+            counted = self._waiting.pop(self._number)
+            self._number += 1
+            if counted.counts:
+                self._successes += counted.is_success
+                self._trials += 1
+                self.verdict = is_proved(
+                    self._successes, self._trials, self._claim.rate, self._claim.error
+                )
 
 
 def read_claim(text: str) -> Claim:
@@ -70,53 +88,14 @@ def read_claim(text: str) -> Claim:
     found = _CLAIM.fullmatch(text.strip())
     example = "write it as 'success > 0.97 at 95 %'"
     if found is None:
-        raise InputError(f"--until {text}: not a claim about the rate of success", example)
+        raise InputError(f"{text}: not a claim about the rate of success", example)
     rate = _number(found[1]) * (0.01 if found[2] else 1.0)
     certainty = _number(found[3]) * 0.01
     if not 0.0 < rate < 1.0:
-        raise InputError(f"--until {text}: the rate {rate:g} is not between 0 and 1", example)
+        raise InputError(f"{text}: the rate {rate:g} is not between 0 and 1", example)
     if not 0.5 <= certainty < 1.0:
-        raise InputError(
-            f"--until {text}: the certainty {certainty:.4g} is not in [0.5, 1)", example
-        )
+        raise InputError(f"{text}: the certainty {certainty:.4g} is not in [0.5, 1)", example)
     return Claim(text.strip(), rate, 1.0 - certainty)
-
-
-def _rate(rows: Sequence[SweepRow]) -> float | None:
-    successes, runs = counted(rows)
-    return successes / runs if runs else None
-
-
-def _share_of(*outcomes: str) -> Figure:
-    def share(rows: Sequence[SweepRow]) -> float | None:
-        return sum(row.outcome in outcomes for row in rows) / len(rows) if rows else None
-
-    return share
-
-
-def _of(
-    read: Callable[[SweepRow], float | None], summary: Callable[[list[float]], float]
-) -> Figure:
-    def figure(rows: Sequence[SweepRow]) -> float | None:
-        values = [value for row in rows if (value := read(row)) is not None]
-        return summary(values) if values else None
-
-    return figure
-
-
-FIGURES: dict[str, Figure] = {
-    "success": _rate,
-    "success.low": lambda rows: wilson(*counted(rows))[0],
-    "crashed": _share_of(CRASHED, HUNG, KILLED),
-    "refused": _share_of(REFUSED),
-    "collisions": _of(lambda row: row.collisions, lambda values: sum(values) / len(values)),
-    "time": _of(lambda row: row.seconds if row.is_success else None, median),
-    "clearance": _of(lambda row: row.clearance, min),
-    "error": _of(lambda row: row.error_max, max),
-}
-"""Figures of conditions: rate of success and the lower end of its 95 % interval; share of runs that
-crashed, hung or were killed, and of refused ones; contacts a run; median time of the successes;
-least clearance; largest error of the pose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +118,7 @@ class Condition:
         value = FIGURES[self.figure](rows)
         return value is None or bool(COMPARISONS[self.comparison](value, self.number))
 
-    def told(self, rows: Sequence[SweepRow]) -> str:
+    def describe(self, rows: Sequence[SweepRow]) -> str:
         """Return the condition with the value of its figure."""
         value = FIGURES[self.figure](rows)
         shown = "no run has this figure" if value is None else f"{self.figure} is {value:.4g}"
@@ -155,13 +134,11 @@ def read_condition(text: str) -> Condition:
     found = _CONDITION.fullmatch(text.strip())
     if found is None:
         raise InputError(
-            f"--fail-if {text}: not FIGURE, a comparison and a number",
+            f"{text}: not FIGURE, a comparison and a number",
             "write it as 'success < 0.95'",
         )
     if found[1] not in FIGURES:
-        raise InputError(
-            f"--fail-if {text}: there is no figure {found[1]!r}", suggestion(found[1], FIGURES)
-        )
+        raise InputError(f"{text}: there is no figure {found[1]!r}", suggestion(found[1], FIGURES))
     number = _number(found[3]) * (0.01 if found[4] else 1.0)
     return Condition(text.strip(), found[1], found[2], number)
 

@@ -1,7 +1,7 @@
 """Design of a sweep: which run has which seed and settings.
 
-A run is a pure function of the sweep and its number: an interrupted sweep goes on with the same
-runs, on any machine.
+A run is a pure function of the sweep and its number: an interrupted sweep has the same runs
+when it is continued, on any machine.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _points(kind: str, count: int, dimensions: int, seed: int) -> FloatArray:
     if kind == LATIN:
         points: FloatArray = qmc.LatinHypercube(dimensions, rng=generator).random(count)
         return points
-    # Sobol points are balanced in powers of two; further runs go on with the same sequence.
+    # Sobol points are balanced in powers of two; further runs continue the sequence.
     points = qmc.Sobol(dimensions, rng=generator).random_base2(ceil(log2(max(count, 2))))
     return points[:count]
 

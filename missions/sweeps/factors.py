@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import exp, floor, log
 from statistics import NormalDist
 from typing import Any
 
 from stack.errors import InputError
+from stack.telemetry.codec import field_codecs
 
 DIGITS = 6
 """Significant digits of a drawn value: enough for a run, and short enough to be typed again."""
@@ -79,9 +80,8 @@ class Factor:
         """
         if self.is_list:
             return self.values[min(floor(share * len(self.values)), len(self.values) - 1)]
-        low, high = self.ends
-        if self.whole:
-            return self._text(min(low + floor(share * (high - low + 1.0)), high))
+        beyond = 0.5 if self.whole else 0.0  # so that the ends are drawn as often as the others
+        low, high = self.ends[0] - beyond, self.ends[1] + beyond
         if self.kind == LOGUNIFORM:
             number = exp(log(low) + share * (log(high) - log(low)))
         elif self.kind == NORMAL:
@@ -90,7 +90,8 @@ class Factor:
             number = normal.inv_cdf(first + share * (last - first))
         else:
             number = low + share * (high - low)
-        return self._text(min(max(_rounded(number, DIGITS), low), high))
+        number = floor(number + 0.5) if self.whole else _rounded(number, DIGITS)
+        return self._text(min(max(number, self.ends[0]), self.ends[1]))
 
     def typed(self, text: str) -> Value:
         """Return a value for a table: a number if all values are numbers of one unit, else text."""
@@ -107,12 +108,18 @@ class Factor:
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
-        return {**asdict(self), "values": list(self.values)}
+        codecs = field_codecs(Factor)
+        return {name: codec.encode(getattr(self, name)) for name, codec in codecs.items()}
 
     @classmethod
     def read(cls, plain: dict[str, Any]) -> Factor:
-        """Return a factor from the values of its JSON."""
-        return cls(**{**plain, "values": tuple(plain["values"])})
+        """Return a factor from the values of its JSON.
+
+        Raises:
+            LookupError, TypeError, MalformedError: they are not those of a factor.
+        """
+        codecs = field_codecs(Factor)
+        return cls(**{name: codec.decode(plain[name]) for name, codec in codecs.items()})
 
     def _text(self, number: float) -> str:
         shown = f"{number:.0f}" if self.whole else repr(number).removesuffix(".0")

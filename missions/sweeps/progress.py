@@ -8,6 +8,9 @@ from time import perf_counter
 from missions.bench.bench import wilson
 from missions.sweeps.row import SweepRow, counted
 
+TERMINAL_PERIOD = 0.2
+"""Wall seconds between two lines on a terminal."""
+
 PLAIN_PERIOD = 10.0
 """Wall seconds between two lines where lines cannot be overwritten."""
 
@@ -28,18 +31,19 @@ class Progress:
     ) -> None:  # fmt: skip
         self._total, self._show, self._tell = total, show, tell
         self._overwrites = overwrites
-        self._began = self._told = perf_counter()
+        self._began = self._shown_at = perf_counter()
         self._before: int | None = None
 
     def update(self, rows: Sequence[SweepRow]) -> None:
         """Show the runs that are over, if it is time."""
         if self._before is None:
             self._before = len(rows)
-        if self._overwrites:
-            self._show(self.line(rows))
-        elif perf_counter() - self._told >= PLAIN_PERIOD:
-            self._told = perf_counter()
-            self._tell(self.line(rows))
+        period, show = (
+            (TERMINAL_PERIOD, self._show) if self._overwrites else (PLAIN_PERIOD, self._tell)
+        )
+        if perf_counter() - self._shown_at >= period:
+            self._shown_at = perf_counter()
+            show(self.line(rows))
 
     def line(self, rows: Sequence[SweepRow]) -> str:
         """Return runs, rate of success with its interval, runs a minute and the time left."""

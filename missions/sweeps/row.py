@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import Factor
+from stack.telemetry.codec import field_codecs
 
 SUCCESS, FAILURE, TIME_LIMIT = "success", "failure", "time limit"
 CRASHED, HUNG, KILLED, REFUSED = "crashed", "hung", "killed", "refused"
@@ -82,16 +83,18 @@ class SweepRow:
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
-        return asdict(self)
+        codecs = field_codecs(SweepRow)
+        return {name: codec.encode(getattr(self, name)) for name, codec in codecs.items()}
 
     @classmethod
     def read(cls, plain: Mapping[str, Any]) -> SweepRow:
         """Return a row from the values of its JSON.
 
         Raises:
-            TypeError: they are not those of a row.
+            LookupError, TypeError, MalformedError: they are not those of a row.
         """
-        return cls(**plain)
+        codecs = field_codecs(SweepRow)
+        return cls(**{name: codec.decode(plain[name]) for name, codec in codecs.items()})
 
     @classmethod
     def without_figures(

@@ -6,16 +6,17 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from io import RawIOBase
 from time import perf_counter
 
 from missions.bench.processes import ProcessEnded, results
 from missions.execution.resources import versions
 from missions.inspection.run_folders import is_run_folder
 from missions.sweeps.checking import CheckedSweep
-from missions.sweeps.claims import Claim
+from missions.sweeps.claims import Claim, Decision
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
-from missions.sweeps.table import RUNS, SweepFolder, place_of
+from missions.sweeps.table import SweepFolder, place_of
 from missions.sweeps.worker import SweepInputs, start_worker
 
 RUNS_PER_PROCESS = 200
@@ -33,7 +34,7 @@ Follow = Callable[[list[SweepRow]], None]
 
 
 @dataclass(frozen=True)
-class Effort:
+class ExecutionSettings:
     """How a sweep is run; its results do not depend on it.
 
     Attributes:
@@ -48,7 +49,7 @@ class Effort:
 
 
 def run_sweep(
-    asked: CheckedSweep, folder: SweepFolder, effort: Effort, follow: Follow
+    checked: CheckedSweep, folder: SweepFolder, execution: ExecutionSettings, follow: Follow
 ) -> list[SweepRow]:
     """Make the runs that the folder lacks; return all rows, in the order of the runs.
 
@@ -57,47 +58,47 @@ def run_sweep(
     Raises:
         InputError: the folder has another sweep, or cannot be written.
     """
-    rows = folder.begin(asked)
-    missing = _missing(asked, rows)
-    try:
-        if not _is_decided(effort.until, rows):
-            _fill(missing, rows, asked, folder, effort, follow)
-    finally:
-        folder.tabulate(rows, asked.sweep)
+    with folder.open_journal() as journal:
+        rows = folder.begin(checked)
+        try:
+            _fill(journal, rows, checked, folder, execution, follow)
+        finally:
+            folder.tabulate(rows, checked.sweep)
     return sorted(rows, key=lambda row: row.number)
 
 
 def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
-    missing: Iterator[RunDescription], rows: list[SweepRow], asked: CheckedSweep,
-    folder: SweepFolder, effort: Effort, follow: Follow,
+    journal: RawIOBase, rows: list[SweepRow], checked: CheckedSweep,
+    folder: SweepFolder, execution: ExecutionSettings, follow: Follow,
 ) -> None:  # fmt: skip
     """Append the rows of missing runs, until all are there or the claim is decided."""
-    inputs = SweepInputs(asked.sweep, folder.runs)
+    decision = None if execution.until is None else Decision(execution.until, rows)
+    if decision is not None and decision.verdict is not None:
+        return
+    inputs = SweepInputs(checked.sweep, folder.runs)
     made = results(
-        partial(start_worker, inputs), missing, effort.jobs, RUNS_PER_PROCESS,
-        silence=effort.silence, looked=lambda: follow(rows),
+        partial(start_worker, inputs), _missing(checked, rows), execution.jobs, RUNS_PER_PROCESS,
+        silence=execution.silence, on_poll=lambda: follow(rows),
     )  # fmt: skip
     tabulated = perf_counter()
-    with folder.open_journal() as journal, closing(made):  # type: ignore[type-var]
+    with closing(made):  # type: ignore[type-var]
         for run, result in made:
             row = _row(run, result, folder)
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
-            if _is_decided(effort.until, rows):
-                return
+            if decision is not None:
+                decision.add(row)
+                if decision.verdict is not None:
+                    return
             if perf_counter() - tabulated >= TABLE_PERIOD:
-                folder.tabulate(rows, asked.sweep)
+                folder.tabulate(rows, checked.sweep)
                 tabulated = perf_counter()
 
 
-def _missing(asked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
+def _missing(checked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
     done = {row.number for row in rows}
-    return (run for run in asked.sweep.descriptions() if run.number not in done)
-
-
-def _is_decided(until: Claim | None, rows: list[SweepRow]) -> bool:
-    return until is not None and until.verdict(rows) is not None
+    return (run for run in checked.sweep.descriptions() if run.number not in done)
 
 
 def _row(
@@ -111,4 +112,5 @@ def _row(
     outcome = HUNG if result.hung else KILLED if result.killed else CRASHED
     row = SweepRow.without_figures(run, outcome, result.reason, versions())
     place = place_of(folder.runs, run.number)
-    return replace(row, folder=f"{RUNS}/{place.name}") if is_run_folder(place) else row
+    kept = next(filter(is_run_folder, (place, *place.glob("*"))), None)  # see RunMaker._folder
+    return row if kept is None else replace(row, folder=str(kept.relative_to(folder.path)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from math import comb, erfc, lgamma, log, log1p, sqrt
 
 import numpy as np
@@ -50,7 +51,7 @@ def mcnemar(only_one: int, only_other: int) -> float:
     """
     count = only_one + only_other
     tail = sum(comb(count, number) for number in range(min(only_one, only_other) + 1))
-    return min(1.0, 2.0 * tail / 2.0**count)
+    return min(1.0, float(Fraction(2 * tail, 2**count)))
 
 
 def mann_whitney(one: Sequence[float], other: Sequence[float]) -> tuple[float, float]:

@@ -1,18 +1,21 @@
-"""Files of sweeps: the words of the command line as YAML."""
+"""Files of sweeps: the options of the command line as YAML."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from missions.sweeps.asked import KEEP
+from missions.sweeps.claims import Claim, Condition, read_claim, read_condition
 from missions.sweeps.design import DESIGNS
 from missions.sweeps.factors import Factor, listed, read_factor
+from missions.sweeps.sweep import KEEP
 from stack.documents import Finding, Findings, Mark, Node, Section, read_file
 from stack.errors import InputError
 from stack.parameters import REQUIRED, Declaration
+
+T = TypeVar("T")
 
 WHAT, CODE = "sweep file", "E520"
 
@@ -29,22 +32,21 @@ KEYS = {
         Declaration("keep", str, "runs whose folders are kept", default=None, one_of=KEEP),
         Declaration("time_limit", float, "simulated time", "s", default=None, above=0.0),
         Declaration("hang_after", float, "wall time", "s", default=None, above=0.0),
-        Declaration("until", str, "claim that ends the sweep", default=None),
     )
 }
 
-OTHERS = ("vary", "robots", "set", "parameters", "fail_if")
+OTHERS = ("vary", "robots", "set", "parameters", "until", "fail_if")
 
 
 @dataclass(frozen=True)
-class SweepWords:
-    """What a file says; None and empty: nothing.
+class SweepFile:
+    """Contents of a sweep file; None and empty: not given.
 
     Attributes:
         values: of KEYS, by key.
         factors: under `vary`. marks: their positions, by name.
         robots: under `robots`. arguments: under `set`. parameters: under `parameters`.
-        fail_if: conditions.
+        until: claim that ends the sweep. fail_if: conditions.
     """
 
     values: Mapping[str, Any]
@@ -53,7 +55,8 @@ class SweepWords:
     robots: tuple[str, ...] = ()
     arguments: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
-    fail_if: tuple[str, ...] = ()
+    until: Claim | None = None
+    fail_if: tuple[Condition, ...] = ()
 
     def refusal(self, factor: Factor, error: InputError) -> InputError:
         """Return the error of a factor, with its place in the file if it is there."""
@@ -63,7 +66,7 @@ class SweepWords:
         return InputError([Finding(self.marks[factor.name], CODE, sentence)])
 
 
-NOTHING = SweepWords({})
+EMPTY = SweepFile({})
 
 
 def is_sweep_file(path: Path) -> bool:
@@ -77,7 +80,7 @@ def is_sweep_file(path: Path) -> bool:
     return node.get("run") is None and any(node.get(key) for key in ("runs", "vary", "worlds"))
 
 
-def read_sweep_file(path: Path) -> SweepWords:
+def read_sweep_file(path: Path) -> SweepFile:
     """Read a file.
 
     Raises:
@@ -87,19 +90,21 @@ def read_sweep_file(path: Path) -> SweepWords:
     top = Section(read_file(path, WHAT), findings, "the sweep", CODE, (*KEYS, *OTHERS))
     values = {name: top.value(declared) for name, declared in KEYS.items()}
     factors = _factors(top.node_of("vary"), findings)
-    words = SweepWords(
+    until = [node] if (node := top.node_of("until")) is not None else []
+    words = SweepFile(
         values, tuple(factors.values()), {name: mark for name, mark in _marks(top.node_of("vary"))},
-        tuple(_text(item) for item in top.sequence("robots")),
+        tuple(_each(top.sequence("robots"), "robots", str, findings)),
         _texts(top.node_of("set"), "set", findings),
         _texts(top.node_of("parameters"), "parameters", findings),
-        _conditions(top.node_of("fail_if")),
+        next(_each(until, "until", read_claim, findings), None),
+        tuple(_each(_nodes(top.node_of("fail_if")), "fail_if", read_condition, findings)),
     )  # fmt: skip
     top.done()
     findings.raise_errors()
     return _located(words, path.parent)
 
 
-def _located(words: SweepWords, folder: Path) -> SweepWords:
+def _located(words: SweepFile, folder: Path) -> SweepFile:
     """Return the words with names of files relative to the folder of the sweep file."""
     values = dict(words.values)
     if (folder / str(values["mission"])).exists():
@@ -107,9 +112,7 @@ def _located(words: SweepWords, folder: Path) -> SweepWords:
     if values["worlds"] is not None and "/" in values["worlds"]:
         values["worlds"] = str(folder / values["worlds"])
     robots = tuple(str(folder / name) if "/" in name else name for name in words.robots)
-    return SweepWords(
-        values, words.factors, words.marks, robots, words.arguments, words.parameters, words.fail_if
-    )
+    return replace(words, values=values, robots=robots)
 
 
 def _factors(node: Node | None, findings: Findings) -> dict[str, Factor]:
@@ -124,8 +127,6 @@ def _factors(node: Node | None, findings: Findings) -> dict[str, Factor]:
         try:
             if value.is_sequence:
                 found[name] = listed(name, [_text(item) for item in value.items])
-            elif value.is_mapping:
-                raise InputError(f"expected a list or a distribution, got {value.words()}")
             else:
                 found[name] = read_factor(name, _text(value))
         except InputError as error:
@@ -142,17 +143,37 @@ def _texts(node: Node | None, what: str, findings: Findings) -> dict[str, str]:
         return {}
     if not node.is_mapping:
         findings.add(CODE, node.mark, f"{what}: expected a mapping, got {node.words()}")
-    return {str(key.value): _text(value) for key, value in node.entries}
+    return {
+        str(key.value): text
+        for key, value in node.entries
+        for text in _each([value], f"{what}: {key.value}", str, findings)
+    }
 
 
-def _conditions(node: Node | None) -> tuple[str, ...]:
-    if node is None:
-        return ()
-    return tuple(_text(item) for item in (node.items if node.is_sequence else [node]))
+def _nodes(node: Node | None) -> list[Node]:
+    """Return the items of a list, or the one value in its place."""
+    return [] if node is None else node.items if node.is_sequence else [node]
+
+
+def _each(
+    nodes: Iterable[Node], what: str, read: Callable[[str], T], findings: Findings
+) -> Iterator[T]:
+    """Yield what is read from the texts of nodes; add a finding for each that is refused."""
+    for node in nodes:
+        try:
+            yield read(_text(node))
+        except InputError as error:
+            findings.add(CODE, node.mark, f"{what}: {error}")
 
 
 def _text(node: Node) -> str:
-    """Return a value as it would be written on the command line."""
+    """Return a value as it would be written on the command line.
+
+    Raises:
+        InputError: it is a mapping, or has one in it.
+    """
+    if node.is_mapping:
+        raise InputError("expected a text or a number, got a mapping")
     if node.is_sequence:
         return f"[{', '.join(_text(item) for item in node.items)}]"
     if isinstance(node.value, bool):

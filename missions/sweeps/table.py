@@ -1,6 +1,6 @@
 """Folder of a sweep: its description, its journal and its table.
 
-    sweep.json       what was asked, digests of the inputs, versions
+    sweep.json       the whole design, digests of the inputs, versions
     journal.jsonl    one line a run, written as soon as it is over
     runs.parquet     the same as a table, in the order of the runs
     runs/            kept run folders
@@ -11,20 +11,23 @@ A killed sweep loses no run that is over: the table is made again from the journ
 from __future__ import annotations
 
 import errno
+import fcntl
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import RawIOBase
 from pathlib import Path
 from typing import Any
 
 from missions.execution.resources import versions
-from missions.sweeps.asked import Sweep
 from missions.sweeps.checking import CheckedSweep, file_differences
 from missions.sweeps.row import SweepRow, columns
+from missions.sweeps.sweep import Sweep
 from stack.documents import Finding, Mark
 from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
 from stack.errors import InputError
+from stack.telemetry.codec import MalformedError, codec_of
 
 FORMAT = 1
 DESCRIPTION, JOURNAL, TABLE, RUNS = "sweep.json", "journal.jsonl", "runs.parquet", "runs"
@@ -60,23 +63,49 @@ class SweepFolder:
         """Folder of the kept run folders."""
         return self.path / RUNS
 
-    def begin(self, asked: CheckedSweep) -> list[SweepRow]:
+    @contextmanager
+    def open_journal(self) -> Iterator[RawIOBase]:
+        """Open the journal for further rows; a line that an interruption cut off is removed.
+
+        It is locked until the end: two sweeps would mix their rows, and remove each other's runs.
+
+        Raises:
+            InputError: another sweep is running in the folder, or it holds something else.
+        """
+        file = self.path / JOURNAL
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            begun = (self.path / DESCRIPTION).exists()
+            if not begun and any(one != file or one.stat().st_size for one in self.path.iterdir()):
+                raise InputError(f"{self.path} is not empty and holds no sweep", OTHER_OUT)
+            journal = file.open("ab", buffering=0)
+        except OSError as error:
+            raise _unwritten(file, error) from None
+        with journal:
+            try:
+                fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(f"a sweep is running in {self.path}", OTHER_OUT) from None
+            except OSError:
+                pass  # a file system without locks
+            content = read_bytes(file, JOURNAL_BYTES)
+            journal.truncate(content.rfind(b"\n") + 1)
+            yield journal
+
+    def begin(self, checked: CheckedSweep) -> list[SweepRow]:
         """Describe the sweep, or compare it with the one in the folder; return the rows so far.
 
         Raises:
             InputError: the folder has another sweep, rows of another version, or is damaged.
         """
-        self.path.mkdir(parents=True, exist_ok=True)
         if (self.path / DESCRIPTION).exists():
-            self._compare(asked)
-        elif any(self.path.iterdir()):
-            raise InputError(f"{self.path} is not empty and holds no sweep; {OTHER_OUT}")
+            self._compare(checked)
         content = {
-            "format": FORMAT, **asked.sweep.plain(), "keep": asked.sweep.keep,
-            "versions": versions(), "files": asked.files,
+            "format": FORMAT, **checked.sweep.plain(), "keep": checked.sweep.keep,
+            "versions": versions(), "files": checked.files,
         }  # fmt: skip
         self._replace(DESCRIPTION, json.dumps(content, indent=2, ensure_ascii=False).encode())
-        rows = [row for row in self.rows() if row.number < asked.sweep.runs]
+        rows = self.rows(checked.sweep.runs)
         for row in rows:
             self._check_version(row.versions)
         return rows
@@ -88,16 +117,6 @@ class SweepFolder:
             InputError: the folder has none, or is damaged.
         """
         return self._described()[0]
-
-    def open_journal(self) -> RawIOBase:
-        """Open the journal for further rows; a line that an interruption cut off is removed."""
-        file = self.path / JOURNAL
-        if file.exists():
-            content = read_bytes(file, JOURNAL_BYTES)
-            whole = content.rfind(b"\n") + 1
-            if whole != len(content):
-                os.truncate(file, whole)
-        return file.open("ab", buffering=0)
 
     def write(self, journal: RawIOBase, row: SweepRow) -> None:
         """Append a row to the journal.
@@ -114,8 +133,8 @@ class SweepFolder:
             full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             raise _unwritten(self.path / JOURNAL, full)
 
-    def rows(self) -> list[SweepRow]:
-        """Read the journal; each run counts once, in the order of the numbers.
+    def rows(self, runs: int) -> list[SweepRow]:
+        """Read the first runs in the journal; each counts once, in the order of the numbers.
 
         Raises:
             InputError: a line is not a row.
@@ -128,13 +147,13 @@ class SweepFolder:
         for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
             try:
                 row = SweepRow.read(json.loads(line))
-            except (ValueError, TypeError) as error:
+            except (ValueError, LookupError, TypeError, MalformedError) as error:
                 mark = Mark(str(file), number)
                 raise InputError(
                     [Finding(mark, "E004", f"not a row of a sweep: {error}", OTHER_OUT)]
                 ) from None
             rows.setdefault(row.number, row)
-        return [rows[number] for number in sorted(rows)]
+        return [rows[number] for number in sorted(rows) if number < runs]
 
     def tabulate(self, rows: Sequence[SweepRow], sweep: Sweep) -> None:
         """Write the table; the one before is replaced as a whole.
@@ -157,10 +176,10 @@ class SweepFolder:
             new.unlink(missing_ok=True)
             raise _unwritten(self.path / TABLE, error) from None
 
-    def _compare(self, asked: CheckedSweep) -> None:
+    def _compare(self, checked: CheckedSweep) -> None:
         sweep, content = self._described()
         found = [
-            *asked.sweep.differences(sweep), *file_differences(content["files"], asked.files)
+            *checked.sweep.differences(sweep), *file_differences(content["files"], checked.files)
         ]  # fmt: skip
         if found:
             raise InputError(f"{self.path} has another sweep: {'; '.join(found[:3])}", OTHER_OUT)
@@ -186,10 +205,10 @@ class SweepFolder:
             content: dict[str, Any] = json.loads(read_bytes(file, JSON_BYTES))
             if content["format"] != FORMAT:
                 raise InputError(f"{file} has the format {content['format']!r}; {FORMAT} is read")
-            asked = {k: v for k, v in content.items() if k not in ("format", "versions", "files")}
-            content["files"], content["versions"] = dict(content["files"]), content["versions"]
-            return Sweep.read(asked), content
-        except (ValueError, LookupError, TypeError, AttributeError) as error:
+            for name in ("files", "versions"):
+                codec_of(dict[str, str]).decode(content[name])
+            return Sweep.read(content), content
+        except (ValueError, LookupError, TypeError, MalformedError) as error:
             raise InputError(f"{file} is damaged: {error!r:.100}", OTHER_OUT) from None
 
     def _replace(self, name: str, content: bytes) -> None:
@@ -218,5 +237,5 @@ def _type_of(name: str, values: Sequence[Any]) -> Any:
 def _unwritten(file: Path, error: OSError) -> InputError:
     return InputError(
         f"cannot write {file}: {error.strerror or error}; the rows before are kept",
-        "free some space; the same command then goes on",
+        "free some space, then run the command again to continue",
     )

@@ -30,9 +30,9 @@ from missions.execution.running import execute
 from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.page.story import read_story
-from missions.sweeps.asked import ALL, FAILURES, NONE, Sweep
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, FAILURE, REFUSED, SUCCESS, TIME_LIMIT, SweepRow
+from missions.sweeps.sweep import ALL, FAILURES, NONE, Sweep
 from missions.sweeps.table import place_of
 from robots.bodies import BodySetup, MakeBody, Simulated, body_kind
 from robots.simulated import SimulatedBody
@@ -52,7 +52,7 @@ class SweepInputs:
     """What all runs of a sweep have in common.
 
     Attributes:
-        sweep: what is asked.
+        sweep: the mission, its factors and options.
         runs: folder of the run folders, absolute.
     """
 
@@ -83,8 +83,6 @@ class RunMaker:
         began, computed = perf_counter(), process_time()
         try:
             row = self._made(run)
-        except InputError as error:
-            row = SweepRow.without_figures(run, REFUSED, str(error), versions())
         except Exception as error:
             self.close()
             print(traceback_text(f"the run {run.number} crashed", error), file=sys.stderr)
@@ -105,21 +103,28 @@ class RunMaker:
         Recording costs more than a fifth of the time, and most runs succeed.
         """
         began = perf_counter()
-        plan = self._plan(run.settings)
+        try:
+            plan = self._plan(run.settings)
+        except InputError as error:
+            return SweepRow.without_figures(run, REFUSED, str(error), versions())
         prepared = perf_counter() - began
-        keep = self._inputs.sweep.keep
-        if keep == ALL:
-            folder = self._folder(run, plan)
-            first = self._executed(plan, run, folder)
-            return self._diagnosed(_row(run, first, prepared), folder, kept=True)
-        first = self._executed(plan, run, None)
-        row = _row(run, first, prepared)
-        if row.is_success:
+        folder = self._folder(run, plan) if self._inputs.sweep.keep == ALL else None
+        row = _row(run, self._executed(plan, run, folder), prepared)
+        if folder is not None:
+            return self._diagnosed(row, folder, kept=True)
+        return row if row.is_success else self._repeated(plan, run, row)
+
+    def _repeated(self, plan: PreparedMission, run: RunDescription, row: SweepRow) -> SweepRow:
+        """Run again with records; return the row with what they tell, or as it is without them."""
+        try:
+            with self._records(run, plan) as folder:
+                again = self._executed(plan, run, folder)
+                row = replace(row, is_repeatable=again.report.log_sha256 == row.event_hash)
+                return self._diagnosed(row, folder, kept=self._inputs.sweep.keep == FAILURES)
+        except Exception as error:
+            self.close()
+            print(traceback_text(f"the run {run.number} has no records", error), file=sys.stderr)
             return row
-        with self._records(run, plan) as folder:
-            again = self._executed(plan, run, folder)
-            row = replace(row, is_repeatable=again.report.log_sha256 == row.event_hash)
-            return self._diagnosed(row, folder, kept=keep == FAILURES)
 
     def _prepared(self, settings: tuple[tuple[str, str], ...]) -> PreparedMission:
         sweep = self._inputs.sweep
@@ -162,9 +167,13 @@ class RunMaker:
             row = replace(row, folder=str(folder.relative_to(self._inputs.runs.parent)))
         if row.is_success:
             return row
-        story = read_story(folder)
-        failed = failed_node(story)
-        causes = [cause.name for cause in causes_of(story) if cause.name != INTERRUPTION]
+        try:
+            story = read_story(folder)
+            failed, every = failed_node(story), causes_of(story)
+        except Exception as error:
+            print(traceback_text(f"the run {row.number} has no cause", error), file=sys.stderr)
+            return row
+        causes = [cause.name for cause in every if cause.name != INTERRUPTION]
         node, code = ("", "") if failed is None else (failed.name, failed.code)
         return replace(row, node=node, code=code, cause=causes[0] if causes else "")
 
@@ -172,7 +181,7 @@ class RunMaker:
 class SharedSimulation:
     """The simulation of the last run, reset for the next one of the same robot, world and start.
 
-    After `Simulation.reset` it goes on bit for bit as a new one.
+    After `Simulation.reset` it is bit for bit like a new one.
     """
 
     def __init__(self) -> None:
@@ -213,7 +222,7 @@ class SharedSimulation:
 
 
 class _Watch(RunWatch):
-    """Tells that a run gets on, and ends one that takes too long.
+    """Reports the progress of a run, and ends one that takes too long.
 
     Attributes:
         is_late: whether it was ended.
@@ -251,7 +260,7 @@ def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
         outcome=TIME_LIMIT if executed.is_late else outcomes.get(report.status, report.status),
         reason=report.reason,
         seconds=round(report.simulated_seconds, 3),
-        distance=round(report.distance_m or 0.0, 3),
+        distance=_rounded(report.distance_m),
         clearance=_rounded(report.min_clearance_m),
         collisions=report.collisions,
         pushed_into=report.pushed_into,

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -59,6 +61,22 @@ def test_the_first_cause_is_raised_and_stays_the_reason(worker_of, target, reque
         with pytest.raises(WorkerError) as again:
             call()
         assert again.value is first.value
+
+
+@pytest.mark.parametrize("error", [None, BlockingIOError(11, "no more processes")])
+def test_a_process_that_cannot_be_started_is_named(worker_of, monkeypatch, error):
+    """Without an interpreter, and as fork(2) fails with EAGAIN."""
+
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    if error is not None:
+        monkeypatch.setattr(subprocess, "Popen", fail)
+    worker = worker_of("adder", 10)
+    for call in (lambda: worker.send(0), worker.receive):
+        with pytest.raises(WorkerError, match=r"the worker cannot be started: \[Errno (2|11)\]"):
+            call()
 
 
 def test_a_killed_process_is_named_with_its_signal(worker_of):

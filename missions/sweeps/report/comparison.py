@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import median
 
 from missions.bench.bench import wilson
+from missions.sweeps.figures import MEASURES, SHOWN
 from missions.sweeps.report.results import Results
 from missions.sweeps.row import SweepRow, counted
 from missions.sweeps.statistics import mann_whitney, mcnemar, newcombe
 
-CERTAIN = 0.05
+SIGNIFICANCE = 0.05
 """Significance level."""
 
-LEAST = 8
+MIN_VALUES = 8
 """Values of each sweep from which the normal approximation of the rank test holds."""
-
-FIGURES: dict[str, tuple[str, Callable[[SweepRow], float | None]]] = {
-    "time of the successes": ("s", lambda row: row.seconds if row.is_success else None),
-    "distance of the successes": ("m", lambda row: row.distance if row.is_success else None),
-    "clearance": ("m", lambda row: row.clearance),
-    "largest pose error": ("m", lambda row: row.error_max),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,31 +27,28 @@ class Compared:
         figure: its name.
         values: of the first and of the second sweep, as text.
         statement: the difference of the second to the first, and what the test says.
-        is_certain: whether the difference is significant.
+        is_significant: whether the difference is significant.
     """
 
     figure: str
     values: tuple[str, str]
     statement: str
-    is_certain: bool
+    is_significant: bool
 
 
 def compared(first: Results, second: Results) -> Iterator[Compared]:
     """Yield the figures of two sweeps, that of success first."""
     yield _success(first, second)
-    for name, (unit, read) in FIGURES.items():
-        before, after = (
-            [value for row in one.counting if (value := read(row)) is not None]
-            for one in (first, second)
-        )
-        if min(len(before), len(after)) < LEAST:
+    for measure in map(MEASURES.__getitem__, SHOWN):
+        before, after = measure.judged(first.counting), measure.judged(second.counting)
+        if min(len(before), len(after)) < MIN_VALUES:
             continue
         share, p_value = mann_whitney(after, before)
         yield Compared(
-            name,
-            (f"{median(before):.3g} {unit}", f"{median(after):.3g} {unit}"),
+            f"{measure.title}{' of the successes' * measure.of_successes}",
+            (f"{median(before):.3g} {measure.unit}", f"{median(after):.3g} {measure.unit}"),
             f"larger in {share:.0%} of all pairs; Mann-Whitney p = {_p(p_value)}",
-            p_value < CERTAIN,
+            p_value < SIGNIFICANCE,
         )
 
 
@@ -72,7 +63,7 @@ def _success(first: Results, second: Results) -> Compared:
             f"{len(pairs)} pairs with the same seed and settings: {won} succeed only in the second,"
             f" {lost} only in the first; McNemar (exact) p = {_p(p_value)}"
         )
-        return Compared("success", rates, statement, p_value < CERTAIN)
+        return Compared("success", rates, statement, p_value < SIGNIFICANCE)
     one, other = counted(second.rows), counted(first.rows)
     if not (one[1] and other[1]):
         return Compared("success", rates, "one of them has no run that counts", False)

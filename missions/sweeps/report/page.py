@@ -5,24 +5,22 @@ from __future__ import annotations
 import os
 import shlex
 from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
 import numpy as np
 
 from missions.inspection.page.style import STYLE
+from missions.sweeps.figures import MEASURES, SHOWN
 from missions.sweeps.progress import rate_text
 from missions.sweeps.report.charts import histogram, rates_chart
 from missions.sweeps.report.comparison import compared
 from missions.sweeps.report.places import failure_maps
-from missions.sweeps.report.results import Results, levels_of, read_results
+from missions.sweeps.report.results import Results, levels_of
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import PERMUTATIONS, sensitivities
-from stack.types import FloatArray
 from stack.types.printable import printable
-
-__all__ = ["page_of", "read_results"]
 
 MOST_CLUSTERS, MOST_EXAMPLES = 30, 3
 
@@ -30,13 +28,6 @@ OWN_STYLE = """
 .interval { stroke: var(--busy); stroke-width: 3; } .rate { fill: var(--ink); }
 figure.map { max-width: 720px; }
 """
-
-DISTRIBUTIONS: tuple[tuple[str, str, Callable[[SweepRow], float | None]], ...] = (
-    ("simulated time", "s", lambda row: row.seconds),
-    ("driven distance", "m", lambda row: row.distance),
-    ("least clearance", "m", lambda row: row.clearance),
-    ("largest pose error", "m", lambda row: row.error_max),
-)
 
 
 def page_of(every: Sequence[Results], base: Path) -> str:
@@ -102,20 +93,16 @@ def _rates(results: Results) -> str:
 
 def _distributions(results: Results) -> str:
     charts = []
-    for title, unit, read in DISTRIBUTIONS:
-        good, bad = (_values(results.counting, read, success=wanted) for wanted in (True, False))
-        charts.append(histogram(title, unit, good, bad))
+    for measure in map(MEASURES.__getitem__, SHOWN):
+        good, bad = (
+            np.array(measure.values([row for row in results.counting if row.is_success is wanted]))
+            for wanted in (True, False)
+        )
+        charts.append(histogram(measure.title, measure.unit, good, bad))
     return _side_by_side(charts) + (
         '<p class="dim">Number of runs; <span style="color: var(--good)">succeeded</span>, '
         '<span style="color: var(--bad)">did not</span>.</p>'
     )
-
-
-def _values(
-    rows: Sequence[SweepRow], read: Callable[[SweepRow], float | None], *, success: bool
-) -> FloatArray:
-    values = [read(row) for row in rows if row.is_success is success]
-    return np.array([value for value in values if value is not None], dtype=np.float64)
 
 
 def _clusters(results: Results, base: Path) -> str:
@@ -155,7 +142,7 @@ def _example(results: Results, row: SweepRow, base: Path) -> str:
 def run_command(results: Results, row: SweepRow) -> str:
     """Return the command that makes a run again, with its records."""
     options = results.sweep.options(row.settings, row.seed)
-    words = ["treepilot", "run", results.sweep.mission, "--seed", str(row.seed)]
+    words = ["treepilot", "run", results.sweep.mission, "--seed", str(row.seed), "--forget-kept"]
     for option, value in (("--robot", options.robot), ("--world", options.world),
                           ("--start", options.start)):  # fmt: skip
         words += [] if value is None else [option, value]
@@ -228,7 +215,7 @@ def _comparison(first: Results, second: Results) -> str:
     lines = "".join(
         f"<tr><td>{_safe(one.figure)}</td><td>{_safe(one.values[0])}</td>"
         f"<td>{_safe(one.values[1])}</td>"
-        f"<td>{'<b>significant</b>: ' if one.is_certain else ''}{_safe(one.statement)}</td></tr>"
+        f"<td>{'<b>significant</b>: ' * one.is_significant}{_safe(one.statement)}</td></tr>"
         for one in compared(first, second)
     )
     names = "".join(f"<th>{_safe(one.name)}</th>" for one in (first, second))

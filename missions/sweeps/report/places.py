@@ -11,9 +11,9 @@ import numpy as np
 
 from missions.execution.prepare import prepare
 from missions.inspection.page.map_view import WIDTH, MapView
-from missions.sweeps.asked import WORLD
 from missions.sweeps.report.results import Results
 from missions.sweeps.row import SweepRow
+from missions.sweeps.sweep import WORLD
 from stack.errors import InputError
 from stack.types import OccupancyGrid
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from missions.sweeps.asked import Sweep
 from missions.sweeps.factors import Factor, Value
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import groups_of
+from missions.sweeps.sweep import WORLD, Sweep
 from missions.sweeps.table import SweepFolder
 from stack.errors import InputError
 
@@ -62,7 +62,8 @@ def read_results(folder: Path) -> Results:
         InputError: the folder holds none, or no run is over.
     """
     place = SweepFolder(folder)
-    sweep, rows = place.sweep(), place.rows()
+    sweep = place.sweep()
+    rows = place.rows(sweep.runs)
     if not rows:
         raise InputError(f"{folder} has no run that is over", "start the sweep, or wait for a run")
     return Results(place.path, sweep, tuple(rows))
@@ -92,4 +93,4 @@ def _level_name(factor: Factor, values: Sequence[Value]) -> str:
 def _shown(value: Value, factor: Factor) -> str:
     if isinstance(value, float):
         return f"{value:.3g} {factor.unit}".rstrip()
-    return Path(str(value)).stem if factor.name == "world" else str(value)
+    return Path(str(value)).stem if factor.name == WORLD else str(value)

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from time import process_time
 
@@ -161,10 +162,18 @@ def starting(alive):
 
 
 @pytest.mark.slow
-def test_a_run_that_gets_on_does_not_hang_however_long_it_takes():
+def test_a_run_that_makes_progress_does_not_hang_however_long_it_takes():
     made = dict(results(starting, (5.0, -5.0), 2, 9, silence=3.0))
     assert made[5.0] == 5.0
     assert made[-5.0] == ProcessEnded("hung: no progress for 3 s", hung=True)
+
+
+def test_time_in_which_the_command_was_suspended_does_not_count(monkeypatch):
+    """Each look at the clock finds it seven minutes later; the process starts meanwhile."""
+    minutes = count(step=420.0)
+    monkeypatch.setattr("missions.bench.processes.POLL_PERIOD", 0.05)
+    monkeypatch.setattr("missions.bench.processes.perf_counter", lambda: next(minutes))
+    assert list(results(starting, (0.0,), 1, 9, silence=300.0)) == [(0.0, 0.0)]
 
 
 def test_wrong_input_ends_a_table_that_several_processes_fill(tmp_path):

@@ -42,6 +42,23 @@ def test_whole_numbers_are_equally_likely():
     assert factor.typed("3") == 3
 
 
+@pytest.mark.parametrize(
+    ("text", "shares"),
+    [
+        # Φ((x ± ½ - 10) / 2) of a normal distribution that is cut half a number beyond 4 and 16
+        ("normal(10, 2)", {"10": 0.1976, "12": 0.1211, "4": 0.0024}),
+        # log((x + ½) / (x - ½)) / log(1000.5 / 0.5)
+        ("loguniform(1, 1000)", {"1": 0.1445, "10": 0.0132}),
+    ],
+)
+def test_whole_numbers_have_the_distribution_that_is_asked_for(text, shares):
+    factor = replace(read_factor("x", text), whole=True)
+    drawn = [factor.at((number + 0.5) / 20_000) for number in range(20_000)]
+    for value, share in shares.items():
+        assert drawn.count(value) / 20_000 == pytest.approx(share, abs=2e-4)
+    assert {drawn[0], drawn[-1]} == {f"{end:.0f}" for end in factor.ends}
+
+
 def test_a_cut_normal_distribution_has_its_quantiles():
     """By the definition of the truncated normal: F(x) = (Φ(x) - Φ(-3)) / (Φ(3) - Φ(-3))."""
     factor, normal = read_factor("x", "normal(0, 1)"), NormalDist()

@@ -6,10 +6,11 @@ import pytest
 
 import missions
 from missions.inspection.run_folders import is_run_folder
-from missions.sweeps.asked import Sweep
-from missions.sweeps.checking import checked, option_refusal
+from missions.sweeps.checking import checked
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import read_factor
+from missions.sweeps.sweep import Sweep
+from missions.sweeps.sweep_file import EMPTY
 from missions.sweeps.worker import RunMaker, SweepInputs
 from robots.load import find_robot
 from stack.errors import InputError
@@ -73,6 +74,27 @@ def test_a_refused_combination_is_no_failure_of_the_robot(tmp_path, turn):
     assert row.outcome == "refused" and not row.counts and "9" in row.reason
 
 
+def test_a_failure_without_records_is_a_failure(tmp_path, turn):
+    """A file in the place of the folder: no records can be written, as on a full disk."""
+    (tmp_path / "sweep").mkdir()
+    (tmp_path / "sweep" / "runs").touch()
+    row = maker(tmp_path, turn)(RunDescription(0, 1, (("goal", "$window"),)))
+    assert (row.outcome, row.folder, row.is_repeatable) == ("failure", "", None)
+    assert row.seconds and row.counts
+
+
+@pytest.mark.parametrize("keep", ["all", "failures"])
+def test_a_failure_without_a_cause_is_a_failure(tmp_path, turn, monkeypatch, keep):
+    """Its records cannot be read, or have no snapshot."""
+
+    def broken(_):
+        raise InputError("no snapshot")
+
+    monkeypatch.setattr("missions.sweeps.worker.read_story", broken)
+    row = maker(tmp_path, turn, keep=keep)(RunDescription(0, 1, (("goal", "$window"),)))
+    assert (row.outcome, row.cause, row.folder) == ("failure", "", "runs/00000")
+
+
 def test_a_mission_that_keeps_values_begins_each_run_with_the_initial_ones(tmp_path, turn):
     turn.write_text(
         "mission: count\nrobot: scout\nworld: small_room\n"
@@ -87,7 +109,7 @@ def test_a_mission_that_keeps_values_begins_each_run_with_the_initial_ones(tmp_p
 
 def errors(sweep):
     with pytest.raises(InputError) as error:
-        checked(sweep, option_refusal)
+        checked(sweep, EMPTY.refusal)
     return str(error.value)
 
 
@@ -112,15 +134,15 @@ def test_a_bad_factor_is_an_error_before_anything_runs(turn, name, values, words
 def test_whole_numbers_are_recognised(turn):
     factors = (read_factor("times", "uniform(1, 3)"),
                read_factor("controller.cruise_speed", "uniform(0.3, 0.5)"))  # fmt: skip
-    asked = checked(Sweep(str(turn), 10, "random", factors), option_refusal)
-    assert [factor.whole for factor in asked.sweep.factors] == [True, False]
-    assert {dict(run.settings)["times"] for run in asked.sweep.descriptions()} == {"1", "2", "3"}
+    ready = checked(Sweep(str(turn), 10, "random", factors), EMPTY.refusal)
+    assert [factor.whole for factor in ready.sweep.factors] == [True, False]
+    assert {dict(run.settings)["times"] for run in ready.sweep.descriptions()} == {"1", "2", "3"}
 
 
 def test_starts_are_places_and_poses(turn):
     factor = read_factor("start", "dock,[2, 2.5, 90 deg]")
-    asked = checked(Sweep(str(turn), 2, "grid", (factor,)), option_refusal)
-    assert "turn.yaml" in asked.files and "missions/worlds/small_room.yaml" in asked.files
+    ready = checked(Sweep(str(turn), 2, "grid", (factor,)), EMPTY.refusal)
+    assert "turn.yaml" in ready.files and "missions/worlds/small_room.yaml" in ready.files
 
 
 def test_a_grid_needs_lists_and_enough_runs(turn):

@@ -18,13 +18,15 @@ from typer.testing import CliRunner
 from missions.bench.processes import ProcessEnded
 from missions.cli.app import app
 from missions.sweeps import runner
-from missions.sweeps.asked import Sweep, with_choices
-from missions.sweeps.checking import checked, option_refusal
+from missions.sweeps.checking import checked
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import read_factor
+from missions.sweeps.report.page import run_command
+from missions.sweeps.report.results import read_results
 from missions.sweeps.row import SweepRow
-from missions.sweeps.runner import Effort, run_sweep
-from missions.sweeps.sweep_file import is_sweep_file, read_sweep_file
+from missions.sweeps.runner import ExecutionSettings, run_sweep
+from missions.sweeps.sweep import Sweep, with_choices
+from missions.sweeps.sweep_file import EMPTY, is_sweep_file, read_sweep_file
 from missions.sweeps.table import JOURNAL, TABLE, SweepFolder
 from stack.errors import InputError
 
@@ -49,10 +51,10 @@ def executed(monkeypatch):
     return made
 
 
-def swept(turn, out, follow=lambda rows: None, effort=None, **changes):
+def swept(turn, out, follow=lambda rows: None, execution=None, **changes):
     sweep = Sweep(str(turn), 12, "random", FACTORS)
-    asked = checked(replace(sweep, **changes), option_refusal)
-    return run_sweep(asked, SweepFolder(out), effort or Effort(), follow)
+    ready = checked(replace(sweep, **changes), EMPTY.refusal)
+    return run_sweep(ready, SweepFolder(out), execution or ExecutionSettings(), follow)
 
 
 def test_the_table_has_typed_factors_and_a_row_a_run(turn, tmp_path, executed):
@@ -134,20 +136,61 @@ def test_rows_of_another_version_are_refused(turn, tmp_path, executed):
         swept(turn, tmp_path / "out")
 
 
-def test_a_folder_with_something_else_is_left_alone(turn, tmp_path, executed):
+@pytest.mark.parametrize("name", ["thesis.txt", JOURNAL])
+def test_a_folder_with_something_else_is_left_alone(turn, tmp_path, executed, name):
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.txt").write_text("years of work")
+    (tmp_path / "out" / name).write_text("years of work")
     with pytest.raises(InputError, match="is not empty and holds no sweep"):
         swept(turn, tmp_path / "out")
+    assert (tmp_path / "out" / name).read_text() == "years of work"
+
+
+def test_two_sweeps_in_one_folder_are_an_error(turn, tmp_path, executed):
+    def start_another(_):
+        with pytest.raises(InputError, match=r"a sweep is running in .*out; choose another --out"):
+            swept(turn, tmp_path / "out")
+
+    rows = swept(turn, tmp_path / "out", start_another)
+    assert executed == list(range(12)) == [row.number for row in rows]
 
 
 def test_a_claim_ends_the_sweep(turn, tmp_path, executed):
     from missions.sweeps.claims import read_claim
 
     claim = read_claim("success > 0.3 at 95 %")
-    rows = swept(turn, tmp_path / "out", effort=Effort(until=claim), runs=500)
+    rows = swept(turn, tmp_path / "out", execution=ExecutionSettings(until=claim), runs=500)
     assert claim.verdict(rows) is True and claim.verdict(rows[:-1]) is None
     assert len(rows) == len(executed) < 30
+
+
+def test_a_claim_needs_a_random_sample(turn):
+    """A grid begins with the runs of the first combinations, which may be the easy ones."""
+    words = ["sweep", str(turn), "--vary", "times=1,2", "--until", "success > 0.5 at 95 %"]
+    done = CliRunner().invoke(app, [*words, "--dry-run"])
+    assert "the design is grid; use --design random" in str(done.exception)
+    assert CliRunner().invoke(app, [*words, "--design", "random", "--dry-run"]).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("runs", "x"), ("seed", None), ("arguments", {"a": 1}), ("factors", [{}]), ("factors", 3),
+     ("files", ["a"]), ("versions", {"treepilot": 1})],
+)  # fmt: skip
+def test_a_damaged_description_is_an_error(turn, tmp_path, executed, name, value):
+    swept(turn, tmp_path / "out")
+    file = tmp_path / "out" / "sweep.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), name: value}))
+    with pytest.raises(InputError, match=r"sweep\.json is damaged"):
+        SweepFolder(tmp_path / "out").sweep()
+
+
+@pytest.mark.parametrize("line", ['{"number": "x"}', "[1]", "3"])
+def test_a_damaged_journal_is_an_error(tmp_path, line):
+    plain = SweepRow(0, 0, {}, "success").plain()
+    text = json.dumps({**plain, **json.loads(line)}) if line.startswith("{") else line
+    (tmp_path / JOURNAL).write_text(f"{json.dumps(plain)}\n{text}\n")
+    with pytest.raises(InputError, match=r"journal\.jsonl:2:1 error\[E004\] not a row of a sweep"):
+        SweepFolder(tmp_path).rows(2)
 
 
 def test_a_full_disk_keeps_what_is_there(tmp_path):
@@ -173,6 +216,11 @@ def test_processes_that_end_are_outcomes(tmp_path):
     for name in ("events.jsonl", "mission.yaml"):
         (tmp_path / "runs" / "00003" / name).touch()
     assert runner._row(run, ends["killed"], folder).folder == "runs/00003"
+    named = tmp_path / "runs" / "00003" / "count"  # of a mission that keeps values
+    named.mkdir()
+    for name in ("events.jsonl", "mission.yaml"):
+        (named.parent / name).rename(named / name)
+    assert runner._row(run, ends["killed"], folder).folder == "runs/00003/count"
 
 
 def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
@@ -187,8 +235,9 @@ def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
     assert every.factors[0].values == (str(tmp_path / "a.yaml"), str(tmp_path / "b.yaml"))
     monkeypatch.chdir(tmp_path)
     assert with_choices(sweep, "*.yaml", ()).factors[0].values == ("a.yaml", "b.yaml")
-    with pytest.raises(InputError, match="no world file matches 'atlantis"):
-        with_choices(sweep, "atlantis*", ())
+    for pattern in ("atlantis*", "**x", ".", "/"):
+        with pytest.raises(InputError, match="no world file matches"):
+            with_choices(sweep, pattern, ())
     with pytest.raises(InputError, match="the factor robot is given twice"):
         with_choices(replace(sweep, factors=(read_factor("robot", "a,b"),)), "", ("scout",))
 
@@ -215,7 +264,8 @@ def test_a_file_has_the_words_of_the_command_line(turn, tmp_path):
     assert [factor.probes for factor in words.factors] == [
         ("20 deg", "60 deg"), ("1", "2"), ("dock", "[2, 2.5, 90 deg]")
     ]  # fmt: skip
-    assert words.values["time_limit"] == 300.0 and words.fail_if == ("success < 0.5",)
+    assert words.values["time_limit"] == 300.0 and words.until.rate == 0.9
+    assert [condition.text for condition in words.fail_if] == ["success < 0.5"]
     done = CliRunner().invoke(app, ["sweep", str(file), "--runs", "3", "--dry-run"])
     assert done.exit_code == 0 and done.output.startswith("3 runs of ")
     assert len(done.output.splitlines()) == 5
@@ -230,6 +280,14 @@ def test_a_file_has_the_words_of_the_command_line(turn, tmp_path):
         ("vary: {times: [1, 7]}", "8 error[E520] vary: times: 7 is refused: "),
         ("vary: {tines: [1, 2]}", "8 error[E520] vary: tines: the mission turn.yaml has no arg"),
         ("vary: [a]", "7 error[E520] vary: expected a mapping, got a list"),
+        ("set: {angle: {a: 1}}", "14 error[E520] set: angle: expected a text or a number, got a m"),
+        ("parameters: {a.b: [{c: 1}]}", "19 error[E520] parameters: a.b: expected a text or a n"),
+        ("vary: {times: {a: 1}}", "15 error[E520] vary: times: expected a text or a number, got"),
+        ("robots: [{a: b}]", "10 error[E520] robots: expected a text or a number, got a mapping"),
+        ("fail_if: {a: b}", "10 error[E520] fail_if: expected a text or a number, got a mapping"),
+        ("fail_if: [success < 1, succes < 1]", "24 error[E520] fail_if: succes < 1: there is no"),
+        ("until: success > 2 at 95 %", "8 error[E520] until: success > 2 at 95 %: the rate 2 is"),
+        ("until: [a]", "8 error[E520] until: [a]: not a claim"),
         ("keep: everything", "7 error[E520] keep: 'everything' is not one of all, failures, none"),
     ],
 )
@@ -240,6 +298,15 @@ def test_findings_of_a_file_name_line_and_column(turn, tmp_path, wrong, words):
     file.write_text(f"mission: ./turn.yaml\n{first}{wrong}\n")
     done = CliRunner().invoke(app, ["sweep", str(file), "--dry-run"])
     assert f"sweep.yaml:3:{words}" in str(done.exception), done.output
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--until", "a"), ("--fail-if", "a"), ("--vary", "times=gamma(1)")],
+)
+def test_errors_of_the_command_line_name_the_option(turn, option, value):
+    done = CliRunner().invoke(app, ["sweep", str(turn), option, value, "--dry-run"])
+    assert str(done.exception).startswith(f"{option}") and value in str(done.exception)
 
 
 def command(*words):
@@ -288,7 +355,7 @@ def test_a_sweep_survives_signals(turn, tmp_path):
     wait_for_rows(out / JOURNAL, 5)
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=60)
-    assert process.returncode == 130 and "the same command goes on" in told
+    assert process.returncode == 130 and "run the command again to continue" in told
     first = lines_in(out / JOURNAL)
     assert [row["outcome"] for row in first if row["outcome"] != "success"] == ["killed"]
 
@@ -304,6 +371,19 @@ def test_a_sweep_survives_signals(turn, tmp_path):
     assert alive and not any(map(is_running, alive))
     numbers = [row["number"] for row in lines_in(out / JOURNAL)]
     assert sorted(numbers) == list(range(len(numbers)))
+
+
+def test_the_page_of_a_shortened_sweep_has_its_runs(turn, tmp_path, executed):
+    swept(turn, tmp_path / "out")
+    swept(turn, tmp_path / "out", runs=5)
+    assert pyarrow.parquet.read_table(tmp_path / "out" / TABLE).num_rows == 5
+    results = read_results(tmp_path / "out")
+    assert len(results.rows) == 5
+    settings = results.rows[4].settings
+    assert run_command(results, results.rows[4]) == (
+        f"treepilot run {turn} --seed 4 --forget-kept --set 'angle={settings['angle']}' "
+        f"--set times={settings['times']}"
+    )
 
 
 def test_pages_of_one_sweep_and_of_two(turn, tmp_path, executed):
@@ -322,6 +402,7 @@ def test_pages_of_one_sweep_and_of_two(turn, tmp_path, executed):
               "--fail-if", "success < 0.85"],
     )  # fmt: skip
     assert again.exit_code == 1
+    assert "simulated time of the successes" in page.read_text()
     assert "30 pairs with the same seed and settings: 0 succeed only in the second" in (
         page.read_text()
     )

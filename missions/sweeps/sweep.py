@@ -1,18 +1,20 @@
-"""What is asked of a sweep, by the command line or a file."""
+"""A sweep: a mission, what varies, and how often it runs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatch
+from glob import glob
 from pathlib import Path
 from typing import Any
 
 from missions.execution.prepare import RunOptions
 from missions.execution.resources import world_files
-from missions.sweeps.design import GRID, LATIN, Design, RunDescription
+from missions.sweeps.design import GRID, LATIN, RANDOM, Design, RunDescription
 from missions.sweeps.factors import Factor, listed
 from stack.errors import InputError
+from stack.telemetry.codec import field_codecs
 
 WORLD, ROBOT, START = "world", "robot", "start"
 
@@ -64,7 +66,7 @@ class Sweep:
         return (plan.run(number) for number in range(self.runs))
 
     def options(self, settings: Mapping[str, str], seed: int) -> RunOptions:
-        """Return the options of a run: as `treepilot run` would be told them."""
+        """Return the options of a run: as those of `treepilot run`."""
         named = {name: settings.get(name, given) for name, given in (
             (WORLD, self.world), (ROBOT, self.robot), (START, self.start)
         )}  # fmt: skip
@@ -80,18 +82,23 @@ class Sweep:
 
     def plain(self) -> dict[str, Any]:
         """Return what the results depend on, as JSON has it."""
-        return {
-            "mission": self.mission, "design": self.design, "seed": self.seed,
-            "factors": [factor.plain() for factor in self.factors],
-            "arguments": dict(self.arguments), "parameters": dict(self.parameters),
-            "robot": self.robot, "world": self.world, "start": self.start,
-            "time_limit": self.time_limit, "runs": self.runs,
-        }  # fmt: skip
+        values = {
+            name: codec.encode(getattr(self, name))
+            for name, codec in field_codecs(Sweep).items()
+            if name not in ("factors", "keep")
+        }
+        return {**values, "factors": [factor.plain() for factor in self.factors]}
 
     @classmethod
     def read(cls, plain: Mapping[str, Any]) -> Sweep:
-        """Return a sweep from the values of its JSON."""
-        return cls(**{**plain, "factors": tuple(map(Factor.read, plain["factors"]))})
+        """Return a sweep from the values of its JSON.
+
+        Raises:
+            LookupError, TypeError, MalformedError: they are not those of a sweep.
+        """
+        codecs = field_codecs(Sweep).items()
+        values = {name: codec.decode(plain[name]) for name, codec in codecs if name != "factors"}
+        return cls(**values, factors=tuple(map(Factor.read, plain["factors"])))
 
     @property
     def may_grow(self) -> bool:
@@ -159,13 +166,19 @@ def check_runs(sweep: Sweep) -> None:
         )
 
 
+def check_claim(sweep: Sweep) -> None:
+    """Raise InputError if the runs, in the order of their numbers, are no random sample."""
+    if sweep.design != RANDOM:
+        raise InputError(
+            f"--until needs runs that are drawn independently, but the design is {sweep.design}",
+            "use --design random, or judge all runs by --fail-if",
+        )
+
+
 def _worlds(pattern: str) -> list[str]:
     """Return the files that a pattern names, else the shipped worlds."""
-    path = Path(pattern)
-    base = Path(path.anchor) if path.is_absolute() else Path()
-    parts = path.relative_to(base) if path.is_absolute() else path
-    files = [file for file in sorted(base.glob(str(parts))) if file.is_file()]
-    found = [str(file) for file in files] or [
+    files = sorted({Path(name) for name in glob(pattern, recursive=True)})
+    found = [str(file) for file in files if file.is_file()] or [
         file.stem for file in world_files() if fnmatch(file.stem, pattern)
     ]
     if not found:
