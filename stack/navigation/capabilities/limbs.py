@@ -18,6 +18,7 @@ from stack.navigation.tasks import MotionTask
 from stack.types import (
     CurrentStep,
     Failure,
+    FailureCode,
     GripperCommand,
     JointState,
     JointTrajectory,
@@ -59,7 +60,7 @@ class ArmStage(DriveInterlock):
         around: Surroundings,
     ) -> None:  # fmt: skip
         self._timers, self._plans = Timers(), plans
-        self._homing: MotionTask | None = None
+        self._homing: tuple[MotionTask, MotionTask] | None = None
         has_gripper = robot.arm is not None and robot.arm.gripper is not None
         self.arm = None
         if robot.arm is not None:
@@ -77,20 +78,23 @@ class ArmStage(DriveInterlock):
     def hindrance(self, perceived: Perceived) -> Limitation | None:
         """As in `DriveInterlock`: the arm has something to do, or is not at `home`."""
         if self.arm is None or (self.arm.is_at_home and not self.arm.is_busy):
-            self._homing = None
             return None
         what = "the arm moves" if self.arm.is_busy else f"the arm is not at `{HOME}`"
         return Limitation(STOPPED, ARM, what)
 
-    def remove_hindrance(self, perceived: Perceived) -> Failure | None:
-        """As in `DriveInterlock`: the arm moves to `home` once it has nothing else to do."""
+    def remove_hindrance(self, perceived: Perceived, task: MotionTask) -> Failure | None:
+        """As in `DriveInterlock`: the arm moves to `home` once it has nothing else to do.
+
+        If something else cancels that, the arm begins again.
+        """
         if self.arm is None or self.arm.is_busy:
             return None
-        homing, self._homing = self._homing, None
-        if homing is not None and homing.failure is not None:
-            sentence = f"the arm cannot move to `{HOME}`: {homing.failure.sentence}"
-            return Failure(homing.failure.code, sentence)
-        self._homing = self.arm.move_to_posture(HOME)
+        asked, homing = self._homing or (task, None)
+        failure = None if homing is None or asked is not task else homing.failure
+        if failure is not None and failure.code != FailureCode.CANCELLED:
+            sentence = f"the arm cannot move to `{HOME}`: {failure.sentence}"
+            return Failure(failure.code, sentence)
+        self._homing = task, self.arm.move_to_posture(HOME)
         return None
 
     def is_standing(self, perceived: Perceived) -> bool:

@@ -109,6 +109,24 @@ def test_a_base_does_not_drive_with_an_arm_that_cannot_come_home(live):
     assert run.engine.body.pose.distance_to(Pose2D(1.38, 1.0)) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("interruption", ["estop", "newer"])
+def test_an_arm_whose_way_home_was_cancelled_begins_it_again(live, interruption):
+    run = live(
+        "run: {sequence: [move_arm: {posture: look}, back_up: {distance: 20 cm}]}\n", scripted
+    )
+    arm = run.runtime.parts.robot.arm
+    while not _at(arm, "look"):
+        run.steps()
+    while _at(arm, "look"):
+        run.steps()
+    if interruption == "newer":
+        arm.move_to_posture("look")
+    else:
+        assert run.order("estop").done and run.order("release").done
+        assert run.order("resume").done
+    assert Watch(run).until_over() == (True, ""), run.texts()
+
+
 def _at(arm, posture):
     joints = arm.joints
     return joints is not None and np.abs(joints.positions - arm.postures[posture]).max() < 0.005
