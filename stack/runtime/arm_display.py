@@ -67,7 +67,7 @@ class ArmDisplay:
         return ArmView(
             arm.joint_names, joints.positions, limits.lower, limits.upper,
             not self._limbs.is_standing(perceived), tool, joints.problem,
-            width, open_width, force, float(np.abs(joints.velocities).max()), fingers,
+            width, open_width, force, joints.speed, fingers,
             np.array([pose[:3, 3] for pose in links]), self._way(arm),
             np.array(grasps).reshape(-1, 4, 4), held,
         )  # fmt: skip

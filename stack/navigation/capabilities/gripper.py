@@ -13,7 +13,7 @@ GRIPPER = "gripper"
 """Name of the measurement."""
 
 PATIENCE = 2.0
-"""Seconds after the planned end in which a motion may still arrive."""
+"""Seconds after the planned end in which a motion of arm or gripper may still arrive."""
 
 WIDTH_REACHED = 0.001
 """Distance from the wanted width at which the fingers have arrived, m."""

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from stack.drivetrain.arm_description import HOME
 from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
-from stack.navigation.capabilities.arm import AT_REST, JOINTS, StackArm
+from stack.navigation.capabilities.arm import JOINTS, StackArm
 from stack.navigation.capabilities.gripper import StackGripper
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.motion_stage import DriveInterlock
@@ -100,7 +98,7 @@ class ArmStage(DriveInterlock):
     def is_standing(self, perceived: Perceived) -> bool:
         """Whether all joints stand, by their newest measurement."""
         joints = perceived.newest(JOINTS, JointState)
-        return joints is None or bool(np.abs(joints.velocities).max() < AT_REST)
+        return joints is None or joints.stands
 
     def pause(self, now: float) -> None:
         """Let the time limits stand still from a time on, seconds."""
