@@ -75,6 +75,14 @@ def test_what_is_wrong_with_an_attached_urdf_is_told_with_its_line(read, old, ne
     assert any(told in item and "robot.yaml:" in item for item in found), found
 
 
+def test_an_attached_urdf_that_is_missing_is_told_where_it_is_named(read):
+    text = FILE.read_text()
+    line = next(n for n, it in enumerate(text.splitlines(), 1) if "{file: package:" in it)
+    [found] = errors(read, ("package://pybullet_data/franka_panda/panda.urdf", "pandda.urdf"))
+    assert f"robot.yaml:{line}:" in found
+    assert "urdf: 'pandda.urdf': there is no such URDF" in found and "fetcher" not in found
+
+
 def test_two_links_of_one_name_are_refused(read):
     found = errors(read, ("package://pybullet_data/franka_panda/panda.urdf",
                           str(HERE / "scout" / "scout.urdf")))  # fmt: skip
