@@ -15,7 +15,7 @@ from robots.urdf.packages import PackageSearch
 from robots.urdf.reading import Attachment, UrdfSource, read_urdf
 from stack.documents import Finding, Node, Section
 from stack.errors import InputError
-from stack.parameters import Declaration
+from stack.parameters import Declaration, suggestion
 
 CARRIER = Declaration("to", str, "link that carries it")
 ANGLES = tuple(
@@ -110,5 +110,7 @@ def _at(source: UrdfSource, error: InputError) -> Iterator[Finding]:
         mark = marks.get(path) if item.code in ("E001", "E002") else None
         if mark is None:
             yield item
-        else:
-            yield Finding(mark, URDF, f"urdf: {path.name!r}: {item.sentence}", item.hint)
+            continue
+        near = [file.name for file in path.parent.glob("*.urdf")]
+        hint = item.hint or suggestion(path.name, near)
+        yield Finding(mark, URDF, f"urdf: {path.name!r}: {item.sentence}", hint)
