@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pybullet_data
 import pytest
 
 from robots.load import HERE, find_robot, read_robot
@@ -108,6 +109,16 @@ def test_an_arm_that_tips_its_base_over_is_told(read, tmp_path):
     found = warnings(read(files, ("[12 cm, 0, 36 cm]", "[30 cm, 0, 36 cm]")))
     assert any(told in item for item in found), found
     assert not any(told in item for item in warnings(read(files)))
+    # With a joint 4 that slides by 3.07 m, the links behind it are so much farther away.
+    data = Path(pybullet_data.getDataPath()) / "franka_panda"
+    panda = (data / "panda.urdf").read_text().replace("package://", f"{data}/")
+    turns = '<joint name="panda_joint4" type="revolute">'
+    assert turns in panda
+    (tmp_path / "sliding.urdf").write_text(
+        panda.replace(turns, turns.replace("revolute", "prismatic"))
+    )
+    slides = "package://pybullet_data/franka_panda/panda.urdf", str(tmp_path / "sliding.urdf")
+    assert any(told in item for item in warnings(read(files, slides)))
 
 
 def test_the_arm_counts_when_a_stop_tips_the_robot_over(read):
