@@ -153,6 +153,7 @@ class Block:
         size: (3,) along x, y and z, metres.
         covariance: (4, 4) of x, y, z and yaw, metres and radians, in the same frame.
         stamp: of the depth picture, seconds on the body's clock.
+        camera: depth camera that has shown it there; empty: a hand or a file has put it there.
     """
 
     colour: ObjectColour
@@ -160,3 +161,4 @@ class Block:
     size: FloatArray
     covariance: FloatArray
     stamp: float
+    camera: str = ""

@@ -117,12 +117,13 @@ class Surroundings:
         """The hand has left its block where the tool (4, 4) holds it; without one, do nothing."""
         block = self.held_at(tool)
         if self.held is not None and block is not None:
-            self._blocks[self.held.name], self.held = block, None
+            self._blocks[self.held.name], self.held = replace(block, camera=""), None
             self.version += 1
 
     def lose(self) -> None:
         """The block in the hand is not there any more."""
         self.held = None
+        self.version += 1
 
     @property
     def boxes(self) -> list[tuple[FloatArray, FloatArray]]:
