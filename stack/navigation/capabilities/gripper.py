@@ -46,6 +46,11 @@ class StackGripper(Gripper):
     def width_max(self) -> float:
         return self._description.width_max
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether the fingers are to move."""
+        return self._motion is not None
+
     def move(self, width: float, force: float | None = None) -> MotionTask:
         force = self._description.force_max if force is None else force
         if not 0.0 <= width <= self.width_max:

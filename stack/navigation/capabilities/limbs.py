@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from stack.drivetrain.arm_description import HOME
@@ -40,7 +41,7 @@ class ArmStage(DriveInterlock):
 
     The base of a robot with an arm drives only while the arm is at `home` and has nothing to do; a
     motion of the base that is asked for before waits, and the arm moves to `home`. A motion of the
-    arm is planned once the base stands.
+    arm is planned once the base stands. A behaviour that claims the arm keeps it until it ends.
 
     Args:
         robot: with or without an arm.
@@ -59,6 +60,7 @@ class ArmStage(DriveInterlock):
     ) -> None:  # fmt: skip
         self._timers, self._plans = Timers(), plans
         self._homing: tuple[MotionTask, MotionTask] | None = None
+        self._is_reserved = False
         has_gripper = robot.arm is not None and robot.arm.gripper is not None
         self.arm = None
         if robot.arm is not None:
@@ -73,19 +75,34 @@ class ArmStage(DriveInterlock):
         gripper = None if self.gripper is None else self.gripper.step(perceived)
         return ArmOrders(trajectory, gripper, held, stops)
 
+    def reserve(self, claims: Iterable[tuple[str, ...]]) -> None:
+        """Keep the arm for behaviours that are running; call before the base moves in a step.
+
+        Args:
+            claims: what each of them claims. One that claims base and arm decides itself.
+        """
+        self._is_reserved = any("arm" in parts and "base" not in parts for parts in claims)
+
     def hindrance(self, perceived: Perceived) -> Limitation | None:
         """As in `DriveInterlock`: the arm has something to do, or is not at `home`."""
-        if self.arm is None or (self.arm.is_at_home and not self.arm.is_busy):
+        if self.arm is None:
             return None
-        what = "the arm moves" if self.arm.is_busy else f"the arm is not at `{HOME}`"
-        return Limitation(STOPPED, ARM, what)
+        if self.arm.is_busy:
+            return Limitation(STOPPED, ARM, "the arm moves")
+        if self._is_reserved:
+            return Limitation(STOPPED, ARM, "a behaviour uses the arm")
+        return None if self.arm.is_at_home else Limitation(
+            STOPPED, ARM, f"the arm is not at `{HOME}`"
+        )  # fmt: skip
 
     def remove_hindrance(self, perceived: Perceived, task: MotionTask) -> Failure | None:
         """As in `DriveInterlock`: the arm moves to `home` once it has nothing else to do.
 
         If something else cancels that, the arm begins again.
         """
-        if self.arm is None or self.arm.is_busy:
+        if self.arm is None or self.arm.is_busy or self._is_reserved:
+            return None
+        if self.gripper is not None and self.gripper.is_busy:
             return None
         asked, homing = self._homing or (task, None)
         failure = None if homing is None or asked is not task else homing.failure
