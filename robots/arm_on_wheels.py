@@ -80,14 +80,16 @@ def _check_stretched(
     """Warn of an arm that tips the base over where it is stretched out.
 
     The centre of mass of all must stay above the footprint. A link of the arm is at most as far
-    from the first joint as the lengths before it allow.
+    from the first joint as the lengths before it, and the travel of joints that slide, allow.
     """
     assert robot.arm is not None
     moved = links_of_arm(model, robot)
     first = model.joints[robot.arm.joints[0]]
-    away = {first.child: 0.0}
-    for joint in model.downwards(first.child):
-        away[joint.child] = away[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3]))
+    level = float(np.linalg.norm(model.axis_of(first)[:2]))
+    away = {first.child: level * robot.arm.travel_of(first.name, first.kind)}
+    for joint in robot.links:  # parents first
+        if joint.parent in away:
+            away[joint.child] = away[joint.parent] + robot.arm.length_of(joint)
     rest = [
         inertial.moved(model.poses[name])
         for name, link in model.links.items()

@@ -31,7 +31,7 @@ def read_source(top: Section, path: Path) -> UrdfSource | None:
         return None
     if not node.is_mapping:
         if isinstance(node.value, str):
-            return UrdfSource(_file(top, node, node.value, path))
+            return UrdfSource(_file(top, node, node.value, path), mark=node.mark)
         top.findings.add(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
         return None
     section = top.part("urdf", node)
@@ -46,7 +46,8 @@ def read_source(top: Section, path: Path) -> UrdfSource | None:
     folders = tuple(path.parent / Path(folder).expanduser() for folder in packages)
     at = section.node.get(URDF_FILE.name) or node
     parts = () if attached is None else _attached(top, attached, path, folders)
-    return UrdfSource(_file(top, at, file, path, folders), folders, given, tuple(parts))
+    named = _file(top, at, file, path, folders)
+    return UrdfSource(named, folders, given, tuple(parts), at.mark)
 
 
 def _attached(
@@ -67,9 +68,8 @@ def _attached(
         section.done()
         if file is None or to is None:
             continue
-        source = UrdfSource(
-            _file(top, section.node_of(URDF_FILE.name) or item, file, path, folders), folders
-        )
+        at = section.node_of(URDF_FILE.name) or item
+        source = UrdfSource(_file(top, at, file, path, folders), folders, mark=at.mark)
         yield Attachment(source, to, place, angles, (section.node.get(CARRIER.name) or item).mark)
 
 
@@ -93,24 +93,24 @@ def _argument(value: object) -> str:
 
 def read_model(top: Section, source: UrdfSource) -> RobotModel | None:
     """The links and joints of the URDF; its findings are added to those of the robot file."""
-    node = top.node_of("urdf")
-    assert node is not None
-    node = node.get(URDF_FILE.name) or node
     try:
         root, warnings = read_urdf(source)
         top.findings.items += warnings
         return RobotModel(root)
     except InputError as error:
-        near = [file.name for file in source.path.parent.glob("*.urdf")]
-        top.findings.items += _at(node, error, suggestion(source.path.name, near))
+        top.findings.items += _at(source, error)
         return None
 
 
-def _at(node: Node, error: InputError, hint: str) -> list[Finding]:
-    """The findings of a URDF; of one that cannot be opened, at its name in robot.yaml."""
-    return [
-        Finding(node.mark, URDF, f"urdf: {node.value!r}: {item.sentence}", item.hint or hint)
-        if item.code in ("E001", "E002")
-        else item
-        for item in error.findings
-    ]
+def _at(source: UrdfSource, error: InputError) -> Iterator[Finding]:
+    """Yield the findings of a URDF; of a file that cannot be opened, where robot.yaml names it."""
+    marks = {it.path: it.mark for it in (source, *(part.source for part in source.attached))}
+    for item in error.findings:
+        path = Path(item.mark.file)
+        mark = marks.get(path) if item.code in ("E001", "E002") else None
+        if mark is None:
+            yield item
+            continue
+        near = [file.name for file in path.parent.glob("*.urdf")]
+        hint = item.hint or suggestion(path.name, near)
+        yield Finding(mark, URDF, f"urdf: {path.name!r}: {item.sentence}", hint)

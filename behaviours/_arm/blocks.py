@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import atan2, cos, pi, sin
+from math import cos, pi, sin
 
 import numpy as np
 
 from stack.parameters import parameter
-from stack.types import OBJECT_COLOURS, Block, FloatArray, ObjectColour
+from stack.types import OBJECT_COLOURS, Block, FloatArray, ObjectColour, on_floor
 
 ABOVE = 0.1
 """Metres over its place at which a block is lowered, and the tool is raised to."""
@@ -74,15 +74,10 @@ def nearest_first(blocks: Iterable[Block]) -> list[Block]:
     return sorted(blocks, key=lambda block: float(np.hypot(*block.pose[:2, 3])))
 
 
-def yaw_of(pose: FloatArray) -> float:
-    """Return the direction of the x axis of a pose (4, 4), radians."""
-    return atan2(pose[1, 0], pose[0, 0])
-
-
 def on_top(block: Block) -> tuple[float, float, float, float]:
     """Return the middle of the top of a block: x, y, z and yaw."""
     x, y, z = block.pose[:3, 3].tolist()
-    return x, y, z + block.size[2] / 2.0, yaw_of(block.pose)
+    return x, y, z + block.size[2] / 2.0, on_floor(block.pose).heading
 
 
 def free_places(
@@ -110,7 +105,7 @@ def free_places(
                 continue
             at = pose @ local
             if all(_gap((at, placed.size), other) > GAP for other in there):
-                yield *at[:3, 3].tolist(), yaw_of(at)
+                yield *at[:3, 3].tolist(), on_floor(at).heading
 
 
 def _points(pose: FloatArray, size: FloatArray) -> FloatArray:

@@ -155,6 +155,7 @@ class Pick(ArmBehaviour):
 
 def _are_near(one: Block, other: Block) -> bool:
     """Whether two blocks are near enough to be taken for each other from above."""
-    apart = float(np.hypot(*(one.pose - other.pose)[:2, 3]))
+    apart = (one.pose - other.pose)[:3, 3]
     radii = float(np.hypot(*one.size[:2]) + np.hypot(*other.size[:2])) / 2.0
-    return one is not other and apart < radii + NEIGHBOURS
+    is_same = np.linalg.norm(apart) < ELSEWHERE
+    return not is_same and bool(np.hypot(*apart[:2]) < radii + NEIGHBOURS)

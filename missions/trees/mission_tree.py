@@ -11,6 +11,7 @@ from missions.language.expressions.scope import UNSET
 from missions.language.expressions.value_types import ValueType
 from missions.trees.context import WORDS, Execution, Record, halt
 from missions.trees.events import Event
+from missions.trees.leaves import LeafNode
 from missions.trees.node import Node, run
 from missions.trees.slots import Slot
 from stack.documents import Finding
@@ -43,6 +44,10 @@ class MissionTree:
             self._nodes.append(node)
             self._records.append(record)
             node.record = record
+        self._claiming = [
+            (node, node.robot_leaf.claims) for node in self._nodes
+            if isinstance(node, LeafNode) and node.robot_leaf is not None and node.robot_leaf.claims
+        ]  # fmt: skip
         self._is_paused = False
         self._table = [record.as_row() for record in self._records]
         self._rows = tuple(self._table)
@@ -142,6 +147,11 @@ class MissionTree:
     def recoveries(self) -> int:
         """Number of recoveries started."""
         return self.execution.recoveries
+
+    @property
+    def claims(self) -> list[tuple[str, ...]]:
+        """What each behaviour that is running claims of the robot."""
+        return [claims for node, claims in self._claiming if node.active]
 
     def blackboard(self) -> dict[str, str]:
         """Return every declared key with its value as text."""

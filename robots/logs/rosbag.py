@@ -34,8 +34,8 @@ from robots.logs.recording import (
 from robots.logs.transforms import add_transforms, between
 from stack.drivetrain.description import ImuDescription, LidarDescription
 from stack.errors import InputError
-from stack.frames.tree import FrameTree, on_floor
-from stack.types import FloatArray, Imu, Odometry, Pose2D, Scan, Twist
+from stack.frames.tree import FrameTree
+from stack.types import FloatArray, Imu, Odometry, Pose2D, Scan, Twist, on_floor
 
 REORDER_WINDOW = 1.0
 MOST_TILT = np.radians(10.0)

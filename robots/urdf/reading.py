@@ -67,12 +67,14 @@ class UrdfSource:
         packages: folders in which its packages are searched for, besides those near the file.
         arguments: of a xacro file.
         attached: further URDFs that are part of the robot.
+    mark: where the robot file names it; None without one.
     """
 
     path: Path
     packages: tuple[Path, ...] = ()
     arguments: Mapping[str, str] = field(default_factory=dict)
     attached: tuple[Attachment, ...] = ()
+    mark: Mark | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

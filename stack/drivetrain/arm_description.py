@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from stack.types import FloatArray
+import numpy as np
+
+from stack.types import FloatArray, LinkJoint
 
 HOME = "home"
 """The posture that every arm has: at the start, and while the base drives."""
@@ -76,3 +78,14 @@ class ArmDescription:
     def all_joints(self) -> tuple[str, ...]:
         """The joints of the arm, and those of the gripper's fingers after them."""
         return (*self.joints, *(self.gripper.joints if self.gripper is not None else ()))
+
+    def length_of(self, joint: LinkJoint) -> float:
+        """Return how far a joint may take its child from its parent, metres."""
+        return float(np.linalg.norm(joint.origin[:3, 3])) + self.travel_of(joint.name, joint.kind)
+
+    def travel_of(self, name: str, kind: str) -> float:
+        """Return how far a joint of a kind slides from 0 at most, metres; 0 if it turns."""
+        if kind != "prismatic" or name not in self.joints:
+            return 0.0
+        number = self.joints.index(name)
+        return max(abs(float(self.limits.lower[number])), abs(float(self.limits.upper[number])))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import atan2, cos, sin
+from math import cos, sin
 
 import numpy as np
 
@@ -199,9 +199,3 @@ def lifted(pose: Pose2D) -> FloatArray:
     found[:2, :2] = [[c, -s], [s, c]]
     found[:2, 3] = pose.x, pose.y
     return found
-
-
-def on_floor(transform: FloatArray) -> Pose2D:
-    """Return position and heading of a transform (4, 4), without its height and tilt."""
-    heading = atan2(transform[1, 0], transform[0, 0])
-    return Pose2D(float(transform[0, 3]), float(transform[1, 3]), heading)

@@ -132,8 +132,12 @@ class DriveInterlock(ABC):
         """Return why the base must stand in this step; None if it may drive."""
 
     @abstractmethod
-    def remove_hindrance(self, perceived: Perceived) -> Failure | None:
+    def remove_hindrance(self, perceived: Perceived, task: MotionTask) -> Failure | None:
         """Bring the robot towards a state in which the base may drive; called in each step.
+
+        Args:
+            perceived: in this step.
+            task: motion of the base that waits.
 
         Returns:
             Why that is not possible; the motion of the base then fails.

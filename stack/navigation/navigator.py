@@ -168,7 +168,7 @@ class Navigator(MotionStage):
         """Whether the base must stand in this step; a motion under way asks for a free way."""
         self._hindrance, motion = self._interlock.hindrance(perceived), self.activities.current
         if self._hindrance is not None and motion is not None:
-            failure = self._interlock.remove_hindrance(perceived)
+            failure = self._interlock.remove_hindrance(perceived, motion.task)
             if failure is not None:
                 motion.task.fail(failure.code, failure.sentence)
         return self._hindrance is not None

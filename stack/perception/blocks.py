@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from math import atan2, pi, sqrt
+from math import pi, sqrt
 from typing import cast
 
 import cv2
@@ -27,7 +27,7 @@ from stack.perception.coloured_objects import colour_mask
 from stack.perception.depth.cloud import decimation, rays, used_pixels
 from stack.perception.planes import Plane, level_plane
 from stack.perception.rectangles import EdgeEvidence, Rectangle, fit_rectangle
-from stack.types import OBJECT_COLOURS, Block, CameraModel, DepthImage, FloatArray, Image
+from stack.types import OBJECT_COLOURS, Block, CameraModel, DepthImage, FloatArray, Image, on_floor
 from stack.types import ObjectColour as Colour
 
 LEAST_POINTS = 15
@@ -334,7 +334,7 @@ def _carried(group: _Group, face: Rectangle, groups: list[_Group]) -> float:
 
 def _ordered(pose: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return pose and size with x along the longer side; a box looks the same turned by 180 deg."""
-    yaw = atan2(pose[1, 0], pose[0, 0])
+    yaw = on_floor(pose).heading
     if abs(size[0] - size[1]) < EQUAL_SIDES:
         quarters = -round(yaw / (pi / 2))
     else:

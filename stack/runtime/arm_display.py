@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan2
 from types import MappingProxyType
 
 import numpy as np
@@ -23,6 +22,7 @@ from stack.types import (
     ObjectColour,
     Perceived,
     Pose2D,
+    on_floor,
 )
 
 POINTS = 40
@@ -67,7 +67,7 @@ class ArmDisplay:
         return ArmView(
             arm.joint_names, joints.positions, limits.lower, limits.upper,
             not self._limbs.is_standing(perceived), tool, joints.problem,
-            width, open_width, force, float(np.abs(joints.velocities).max()), fingers,
+            width, open_width, force, joints.speed, fingers,
             np.array([pose[:3, 3] for pose in links]), self._way(arm),
             np.array(grasps).reshape(-1, 4, 4), held,
         )  # fmt: skip
@@ -121,9 +121,6 @@ def _points(arm: StackArm, motion: JointTrajectory | None) -> FloatArray:
 
 def _shape(pose: FloatArray, size: FloatArray, colour: tuple[float, float, float]) -> SceneShape:
     """A level box with its centre at a pose (4, 4), map frame."""
-    x, y, z = pose[:3, 3].tolist()
     length, width, height = size.tolist()
-    heading = atan2(pose[1, 0], pose[0, 0])
-    return SceneShape(
-        "box", Pose2D(x, y, heading), (length, width, height), colour, z - height / 2.0
-    )
+    lift = float(pose[2, 3]) - height / 2.0
+    return SceneShape("box", on_floor(pose), (length, width, height), colour, lift)

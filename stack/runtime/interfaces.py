@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -46,6 +46,10 @@ class MissionTree(Protocol):
     @property
     def recoveries(self) -> int:
         """Number of recoveries started so far."""
+
+    @property
+    def claims(self) -> Sequence[tuple[str, ...]]:
+        """What each behaviour that is running claims of the robot."""
 
     def rows(self) -> tuple[TreeRow, ...]:
         """Every node with its status, in drawing order."""

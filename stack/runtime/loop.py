@@ -381,6 +381,7 @@ class Runtime:
         """Return the velocity of the current task; standstill while the robot is held."""
         if not self._navigates:
             return WantedTwist(STANDSTILL)
+        self.parts.limbs.reserve(self.parts.tree.claims if self.mission.ticks else ())
         wanted = self.parts.navigator.step(perceived)
         return wanted if self.parts.perceiver.odometry.is_ready else WantedTwist(STANDSTILL)
 

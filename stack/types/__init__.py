@@ -56,6 +56,7 @@ from stack.types.geometry import (
     Path,
     Pose2D,
     Twist,
+    on_floor,
     wrap_angle,
 )
 from stack.types.grids import (
@@ -204,5 +205,6 @@ __all__ = [
     "UNKNOWN",
     "UNKNOWN_COST",
     "has_jumped",
+    "on_floor",
     "wrap_angle",
 ]

@@ -8,8 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from stack.types.detections import ObjectColour
 from stack.types.geometry import FloatArray
+
+AT_REST = 0.02
+"""Speed below which a joint stands, rad/s or m/s."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -51,6 +56,16 @@ class JointState:
     velocities: FloatArray
     efforts: FloatArray
     problem: str = ""
+
+    @property
+    def speed(self) -> float:
+        """Of the fastest joint, rad/s."""
+        return float(np.abs(self.velocities).max())
+
+    @property
+    def stands(self) -> bool:
+        """Whether all joints stand."""
+        return self.speed < AT_REST
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +153,7 @@ class Block:
         size: (3,) along x, y and z, metres.
         covariance: (4, 4) of x, y, z and yaw, metres and radians, in the same frame.
         stamp: of the depth picture, seconds on the body's clock.
+        camera: depth camera that has shown it there; empty: a hand or a file has put it there.
     """
 
     colour: ObjectColour
@@ -145,3 +161,4 @@ class Block:
     size: FloatArray
     covariance: FloatArray
     stamp: float
+    camera: str = ""

@@ -74,6 +74,12 @@ class Pose2D:
         return turned
 
 
+def on_floor(transform: FloatArray) -> Pose2D:
+    """Return position and heading of a transform (4, 4), without its height and tilt."""
+    heading = atan2(transform[1, 0], transform[0, 0])
+    return Pose2D(float(transform[0, 3]), float(transform[1, 3]), heading)
+
+
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """m/s and rad/s below which a robot stands: what the wheels of one at rest may measure."""
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pybullet_data
 import pytest
 
 from robots.load import HERE, find_robot, read_robot
@@ -75,6 +76,14 @@ def test_what_is_wrong_with_an_attached_urdf_is_told_with_its_line(read, old, ne
     assert any(told in item and "robot.yaml:" in item for item in found), found
 
 
+def test_an_attached_urdf_that_is_missing_is_told_where_it_is_named(read):
+    text = FILE.read_text()
+    line = next(n for n, it in enumerate(text.splitlines(), 1) if "{file: package:" in it)
+    [found] = errors(read, ("package://pybullet_data/franka_panda/panda.urdf", "pandda.urdf"))
+    assert f"robot.yaml:{line}:" in found
+    assert "urdf: 'pandda.urdf': there is no such URDF" in found and "fetcher" not in found
+
+
 def test_two_links_of_one_name_are_refused(read):
     found = errors(read, ("package://pybullet_data/franka_panda/panda.urdf",
                           str(HERE / "scout" / "scout.urdf")))  # fmt: skip
@@ -100,6 +109,16 @@ def test_an_arm_that_tips_its_base_over_is_told(read, tmp_path):
     found = warnings(read(files, ("[12 cm, 0, 36 cm]", "[30 cm, 0, 36 cm]")))
     assert any(told in item for item in found), found
     assert not any(told in item for item in warnings(read(files)))
+    # With a joint 4 that slides by 3.07 m, the links behind it are so much farther away.
+    data = Path(pybullet_data.getDataPath()) / "franka_panda"
+    panda = (data / "panda.urdf").read_text().replace("package://", f"{data}/")
+    turns = '<joint name="panda_joint4" type="revolute">'
+    assert turns in panda
+    (tmp_path / "sliding.urdf").write_text(
+        panda.replace(turns, turns.replace("revolute", "prismatic"))
+    )
+    slides = "package://pybullet_data/franka_panda/panda.urdf", str(tmp_path / "sliding.urdf")
+    assert any(told in item for item in warnings(read(files, slides)))
 
 
 def test_the_arm_counts_when_a_stop_tips_the_robot_over(read):

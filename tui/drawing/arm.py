@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stack.telemetry.records import AROUND_ARM, Layer, SceneShape, Snapshot
-from stack.types import ArmView, FloatArray, Pose2D
+from stack.types import ArmView, FloatArray, Pose2D, on_floor
 from tui.drawing import palette
 from tui.drawing.canvas import Canvas
 
@@ -37,9 +37,8 @@ def _shapes(layer: Layer | None) -> tuple[SceneShape, ...]:
 def _held(base: Pose2D, arm: ArmView) -> FloatArray:
     """Outline (5, 2) of the block in the hand, map frame."""
     assert arm.held is not None
-    pose, (length, width, _) = arm.held.pose, arm.held.size.tolist()
-    heading = float(np.arctan2(pose[1, 0], pose[0, 0]))
-    return base.transform(_rectangle(Pose2D(pose[0, 3], pose[1, 3], heading), length, width))
+    length, width, _ = arm.held.size.tolist()
+    return base.transform(_rectangle(on_floor(arm.held.pose), length, width))
 
 
 def _rectangle(pose: Pose2D, length: float, width: float) -> FloatArray:

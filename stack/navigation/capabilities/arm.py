@@ -20,8 +20,9 @@ from stack.frames.links import RobotLinks
 from stack.frames.tree import inverse, lifted
 from stack.lifecycle import Timers
 from stack.manipulation.scene import Scene
-from stack.navigation.capabilities.gripper import GRIPPER
+from stack.navigation.capabilities.gripper import GRIPPER, PATIENCE
 from stack.navigation.capabilities.surroundings import Surroundings
+from stack.navigation.capabilities.trajectory_check import ARRIVED, check_trajectory
 from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
 from stack.navigation.plans.deferred import Deferred
 from stack.navigation.tasks import MotionTask
@@ -43,17 +44,11 @@ from stack.types import (
 JOINTS = "joints"
 """Name of the measurement."""
 
-ARRIVED = 0.01
-"""Distance of each joint from its goal at which a motion is over, rad or m."""
-
 AT_HOME = 0.1
 """Distance of each joint from `home` up to which the base may drive, rad or m."""
 
-AT_REST = 0.02
-"""Speed below which a joint stands, rad/s or m/s."""
-
-PATIENCE = 2.0
-"""Seconds after the planned end in which a motion may still arrive."""
+STANDS_WITHIN = 10.0
+"""Seconds in which arm and base come to rest before a motion: a heavy base needs some."""
 
 
 @dataclass
@@ -181,10 +176,11 @@ class StackArm(Arm):
         return joints is not None and bool(np.abs(joints.positions - home).max() < AT_HOME)
 
     def follow(self, trajectory: JointTrajectory) -> MotionTask:
-        self._check(trajectory)
+        check_trajectory(trajectory, self.description, self.joints)
         self.cancel("a newer motion of the arm")
         task = MotionTask("move the arm", self._ended)
         self._waiting = task, trajectory
+        self._timer.start(self._now.perceived.time)
         self._begin_once_standing(self._now.perceived)
         return task
 
@@ -233,9 +229,8 @@ class StackArm(Arm):
 
     def step(self, perceived: Perceived, *, held: bool) -> tuple[JointTrajectory | None, bool]:
         """Follow the task; return a new trajectory, and whether the arm shall stop."""
-        if self._planning is not None and not held:
-            self._prepare(self._planning, perceived)
         if not held:
+            self._prepare(perceived)
             self._begin_once_standing(perceived)
         new, self._new = self._new, None
         if new is None and self._motion is not None:
@@ -253,15 +248,24 @@ class StackArm(Arm):
     ) -> MotionTask:
         self.cancel("a newer motion of the arm")
         self._planning = _Planning(task, job, use or partial(self._begin, task))
+        self._timer.start(self._now.perceived.time)
         task.report("planning", 0.0)
         return task
 
-    def _prepare(self, planning: _Planning, perceived: Perceived) -> None:
+    def _prepare(self, perceived: Perceived) -> None:
         """Ask for the plan once arm and base stand; use it when it is due."""
-        joints, now = perceived.newest(JOINTS, JointState), perceived.time
+        planning, now = self._planning, perceived.time
+        if planning is None:
+            return
         if planning.answer is None:
-            stands = joints is not None and np.abs(joints.velocities).max() < AT_REST
-            if joints is not None and stands and perceived.motion.twist.stands:
+            joints = perceived.newest(JOINTS, JointState)
+            if joints is None:
+                self._keep_waiting(planning.task, "the joints are not measured", now)
+            elif not joints.stands:
+                self._keep_waiting(planning.task, "the arm does not come to rest", now)
+            elif not perceived.motion.twist.stands:
+                self._keep_waiting(planning.task, "the base does not come to rest", now)
+            else:
                 scene = self._scene(perceived)
                 planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
             return
@@ -283,9 +287,19 @@ class StackArm(Arm):
 
     def _begin_once_standing(self, perceived: Perceived) -> None:
         """Begin a motion that needs no plan if the base stands."""
-        if self._waiting is not None and perceived.motion.twist.stands:
-            (task, trajectory), self._waiting = self._waiting, None
+        if self._waiting is None:
+            return
+        task, trajectory = self._waiting
+        if perceived.motion.twist.stands:
+            self._waiting = None
             self._begin(task, trajectory)
+        else:
+            self._keep_waiting(task, "the base does not come to rest", perceived.time)
+
+    def _keep_waiting(self, task: MotionTask, why: str, now: float) -> None:
+        """Fail a task that has waited too long for arm and base to stand."""
+        if self._timer.elapsed(now) > STANDS_WITHIN:
+            task.fail(FailureCode.NO_PROGRESS, f"{why} within {STANDS_WITHIN:g} s")
 
     def _begin(self, task: MotionTask, trajectory: JointTrajectory) -> None:
         self._timer.start(self._now.perceived.time)
@@ -318,16 +332,14 @@ class StackArm(Arm):
         return self.around.name_of(_moved(block, self._odom_from_link))
 
     def _watch(self, task: MotionTask, trajectory: JointTrajectory, perceived: Perceived) -> None:
-        joints = perceived.newest(JOINTS, JointState)
-        if joints is None:
-            return
-        elapsed = self._timer.elapsed(perceived.time)
+        joints, elapsed = perceived.newest(JOINTS, JointState), self._timer.elapsed(perceived.time)
+        assert joints is not None, "every motion begins at measured positions"
         left = max(0.0, trajectory.duration - elapsed)
         task.report(f"{left:.1f} s to go", 0.0)
         errors = np.abs(joints.positions - trajectory.positions[-1])
         if joints.problem:
             task.fail(FailureCode.ARM_COLLISION, joints.problem)
-        elif left == 0.0 and errors.max() < ARRIVED and np.abs(joints.velocities).max() < AT_REST:
+        elif left == 0.0 and errors.max() < ARRIVED and joints.stands:
             task.succeed("arrived")
         elif elapsed > trajectory.duration + PATIENCE:
             worst = int(errors.argmax())
@@ -342,37 +354,6 @@ class StackArm(Arm):
         self._waiting = None
         if self._motion is not None:
             self._motion, self._new, self._stops = None, None, True
-
-    def _check(self, trajectory: JointTrajectory) -> None:
-        """Raise ParameterError for a trajectory that the arm cannot follow."""
-        limits, rows = self.description.limits, trajectory.positions
-        if rows.ndim != 2 or rows.shape[1] != len(self.joint_names) or len(rows) < 2:
-            wanted = f"at least 2 rows of {len(self.joint_names)} positions"
-            raise ParameterError("trajectory", f"expected {wanted}, got an array {rows.shape}")
-        if trajectory.velocities.shape != rows.shape or trajectory.times.shape != rows.shape[:1]:
-            raise ParameterError("trajectory", "times, positions and velocities differ in length")
-        if trajectory.times[0] != 0.0 or not (np.diff(trajectory.times) > 0.0).all():
-            raise ParameterError("trajectory", "times must rise from 0")
-        if np.any(trajectory.velocities[-1]):
-            raise ParameterError("trajectory", "it must end at rest")
-        outside = (rows < limits.lower - ARRIVED) | (rows > limits.upper + ARRIVED)
-        if outside.any():
-            row, joint = map(int, np.argwhere(outside)[0])
-            raise ParameterError(
-                "trajectory",
-                f"{self.joint_names[joint]} would go to {rows[row, joint]:.3f}, beyond its limits "
-                f"{limits.lower[joint]:g} to {limits.upper[joint]:g}",
-            )
-        joints = self.joints
-        if joints is not None:
-            away = np.abs(rows[0] - joints.positions)
-            if away.max() > 0.05:
-                worst = int(away.argmax())
-                raise ParameterError(
-                    "trajectory",
-                    f"it begins {away[worst]:.3f} from where {self.joint_names[worst]} is",
-                    "plan from the measured positions",
-                )
 
 
 def _moved(block: Block, transform: FloatArray) -> Block:

@@ -13,7 +13,7 @@ GRIPPER = "gripper"
 """Name of the measurement."""
 
 PATIENCE = 2.0
-"""Seconds after the planned end in which a motion may still arrive."""
+"""Seconds after the planned end in which a motion of arm or gripper may still arrive."""
 
 WIDTH_REACHED = 0.001
 """Distance from the wanted width at which the fingers have arrived, m."""
@@ -45,6 +45,11 @@ class StackGripper(Gripper):
     @property
     def width_max(self) -> float:
         return self._description.width_max
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether the fingers are to move."""
+        return self._motion is not None
 
     def move(self, width: float, force: float | None = None) -> MotionTask:
         force = self._description.force_max if force is None else force

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
-
-import numpy as np
 
 from stack.drivetrain.arm_description import HOME
 from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
-from stack.navigation.capabilities.arm import AT_REST, JOINTS, StackArm
+from stack.navigation.capabilities.arm import JOINTS, StackArm
 from stack.navigation.capabilities.gripper import StackGripper
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.motion_stage import DriveInterlock
@@ -18,6 +17,7 @@ from stack.navigation.tasks import MotionTask
 from stack.types import (
     CurrentStep,
     Failure,
+    FailureCode,
     GripperCommand,
     JointState,
     JointTrajectory,
@@ -41,7 +41,7 @@ class ArmStage(DriveInterlock):
 
     The base of a robot with an arm drives only while the arm is at `home` and has nothing to do; a
     motion of the base that is asked for before waits, and the arm moves to `home`. A motion of the
-    arm is planned once the base stands.
+    arm is planned once the base stands. A behaviour that claims the arm keeps it until it ends.
 
     Args:
         robot: with or without an arm.
@@ -59,7 +59,8 @@ class ArmStage(DriveInterlock):
         around: Surroundings,
     ) -> None:  # fmt: skip
         self._timers, self._plans = Timers(), plans
-        self._homing: MotionTask | None = None
+        self._homing: tuple[MotionTask, MotionTask] | None = None
+        self._is_reserved = False
         has_gripper = robot.arm is not None and robot.arm.gripper is not None
         self.arm = None
         if robot.arm is not None:
@@ -74,29 +75,47 @@ class ArmStage(DriveInterlock):
         gripper = None if self.gripper is None else self.gripper.step(perceived)
         return ArmOrders(trajectory, gripper, held, stops)
 
+    def reserve(self, claims: Iterable[tuple[str, ...]]) -> None:
+        """Keep the arm for behaviours that are running; call before the base moves in a step.
+
+        Args:
+            claims: what each of them claims. One that claims base and arm decides itself.
+        """
+        self._is_reserved = any("arm" in parts and "base" not in parts for parts in claims)
+
     def hindrance(self, perceived: Perceived) -> Limitation | None:
         """As in `DriveInterlock`: the arm has something to do, or is not at `home`."""
-        if self.arm is None or (self.arm.is_at_home and not self.arm.is_busy):
-            self._homing = None
+        if self.arm is None:
             return None
-        what = "the arm moves" if self.arm.is_busy else f"the arm is not at `{HOME}`"
-        return Limitation(STOPPED, ARM, what)
+        if self.arm.is_busy:
+            return Limitation(STOPPED, ARM, "the arm moves")
+        if self._is_reserved:
+            return Limitation(STOPPED, ARM, "a behaviour uses the arm")
+        return None if self.arm.is_at_home else Limitation(
+            STOPPED, ARM, f"the arm is not at `{HOME}`"
+        )  # fmt: skip
 
-    def remove_hindrance(self, perceived: Perceived) -> Failure | None:
-        """As in `DriveInterlock`: the arm moves to `home` once it has nothing else to do."""
-        if self.arm is None or self.arm.is_busy:
+    def remove_hindrance(self, perceived: Perceived, task: MotionTask) -> Failure | None:
+        """As in `DriveInterlock`: the arm moves to `home` once it has nothing else to do.
+
+        If something else cancels that, the arm begins again.
+        """
+        if self.arm is None or self.arm.is_busy or self._is_reserved:
             return None
-        homing, self._homing = self._homing, None
-        if homing is not None and homing.failure is not None:
-            sentence = f"the arm cannot move to `{HOME}`: {homing.failure.sentence}"
-            return Failure(homing.failure.code, sentence)
-        self._homing = self.arm.move_to_posture(HOME)
+        if self.gripper is not None and self.gripper.is_busy:
+            return None
+        asked, homing = self._homing or (task, None)
+        failure = None if homing is None or asked is not task else homing.failure
+        if failure is not None and failure.code != FailureCode.CANCELLED:
+            sentence = f"the arm cannot move to `{HOME}`: {failure.sentence}"
+            return Failure(failure.code, sentence)
+        self._homing = task, self.arm.move_to_posture(HOME)
         return None
 
     def is_standing(self, perceived: Perceived) -> bool:
         """Whether all joints stand, by their newest measurement."""
         joints = perceived.newest(JOINTS, JointState)
-        return joints is None or bool(np.abs(joints.velocities).max() < AT_REST)
+        return joints is None or joints.stands
 
     def pause(self, now: float) -> None:
         """Let the time limits stand still from a time on, seconds."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
+from stack.frames.tree import inverse, lifted
 from stack.navigation.tasks import Emit
 from stack.parameters import suggestion
 from stack.perception.blocks import BlockDetector
@@ -28,6 +29,7 @@ from stack.types import (
     CurrentStep,
     DepthImage,
     Detection,
+    FloatArray,
     FloorLines,
     Image,
     LineColour,
@@ -178,7 +180,18 @@ class StackPerception(Perception):
         image, depth = self.image(), self._depth_image(name)
         if image is None or depth is None or abs(image.stamp - depth.stamp) > SAME_TIME:
             return None
-        return self.block_detector.detect(image, depth)
+        now = self._link_now(depth.stamp)
+        return None if now is None else tuple(
+            replace(block, pose=now @ block.pose, camera=name)
+            for block in self.block_detector.detect(image, depth)
+        )  # fmt: skip
+
+    def _link_now(self, stamp: float) -> FloatArray | None:
+        """(4, 4) base link of the arm now <- at a stamp; None if it is not known where it was."""
+        if not self.frames.covers(stamp):
+            return None
+        then, link = self.frames.pose_at("odom", stamp), self.block_detector.base_from_link
+        return inverse(link) @ lifted(then.relative_to(self._perceived.motion.pose)) @ link
 
     @property
     def hand_camera(self) -> str:
@@ -189,10 +202,16 @@ class StackPerception(Perception):
         depth = self._depth_image(self.hand_camera) if self.hand_camera else None
         if depth is None or depth.stamp < since:
             return None
-        found = look_closer(block, depth, self.block_detector.base_from_link)
-        if found is not None:
-            self._note_miss(block, found)
-        return found
+        now = self._link_now(depth.stamp)
+        if now is None:
+            return None
+        then = replace(block, pose=inverse(now) @ block.pose)
+        found = look_closer(then, depth, self.block_detector.base_from_link)
+        if found is None:
+            return None
+        if block.camera not in ("", self.hand_camera):
+            self._note_miss(then, found)
+        return replace(found, pose=now @ found.pose, camera=self.hand_camera)
 
     def _note_miss(self, block: Block, found: Block) -> None:
         """Report a systematic error of the camera once it is certain."""
@@ -208,7 +227,10 @@ class StackPerception(Perception):
 
     def is_gone(self, block: Block, camera: str = "") -> bool:
         depth = self._depth_image(self._depth_camera(camera))
-        return depth is not None and self.block_detector.is_gone(block, depth)
+        now = None if depth is None else self._link_now(depth.stamp)
+        if depth is None or now is None:
+            return False
+        return self.block_detector.is_gone(replace(block, pose=inverse(now) @ block.pose), depth)
 
     def detections(self, label: str | None = None) -> tuple[Detection, ...] | None:
         found = self.objects.detections(self._perceived.time)

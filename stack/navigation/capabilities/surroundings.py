@@ -117,7 +117,7 @@ class Surroundings:
         """The hand has left its block where the tool (4, 4) holds it; without one, do nothing."""
         block = self.held_at(tool)
         if self.held is not None and block is not None:
-            self._blocks[self.held.name], self.held = block, None
+            self._blocks[self.held.name], self.held = replace(block, camera=""), None
             self.version += 1
 
     def lose(self) -> None:
@@ -237,19 +237,13 @@ def _object(name: str, block: Block, pose: FloatArray) -> SceneObject:
 
 
 def reach_of(robot: RobotDescription) -> float:
-    """Return how far the tool of an arm can be from its base link at most, metres; 0 without one.
-
-    A joint that slides adds its travel.
-    """
+    """Return how far the tool can be from the arm's base link at most, metres; 0 without one."""
     if robot.arm is None:
         return 0.0
     arm, above = robot.arm, {joint.child: joint for joint in robot.links}
-    limits = zip(arm.joints, arm.limits.lower, arm.limits.upper, strict=True)
-    travel = {name: max(abs(float(low)), abs(float(high))) for name, low, high in limits}
     length, link = 0.0, arm.tool_link
     while link != arm.base_link:
         joint = above[link]
-        length += float(np.linalg.norm(joint.origin[:3, 3]))
-        length += travel[joint.name] if joint.kind == "prismatic" else 0.0
+        length += arm.length_of(joint)
         link = joint.parent
     return length

@@ -12,10 +12,10 @@ from math import acos, cos, sin
 
 import numpy as np
 
-from stack.frames.tree import inverse, on_floor
+from stack.frames.tree import inverse
 from stack.perception.markers.parameters import MarkerParameters
 from stack.perception.markers.planar_pose import FloorFit, align_on_floor
-from stack.types import CameraModel, FloatArray, Marker, Pose2D, PoseCandidate
+from stack.types import CameraModel, FloatArray, Marker, Pose2D, PoseCandidate, on_floor
 
 LARGEST_HEIGHT_ERROR = 0.3
 """Metres; largest height of a solution's base above or below the floor."""

@@ -14,9 +14,9 @@ from math import acos
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.frames.tree import inverse, on_floor
+from stack.frames.tree import inverse
 from stack.perception.markers.planar_pose import project
-from stack.types import CameraModel, FloatArray, Pose2D
+from stack.types import CameraModel, FloatArray, Pose2D, on_floor
 
 DRAWS, CONFIDENCE = 400, 0.999
 LEAST_PAIRS = 6

@@ -32,6 +32,30 @@ class SwingArm(Behaviour):
         return self.follow(self._task)
 
 
+class SwingTwice(Behaviour):
+    """Move the arm by STEP, wait, and move it on by as much: two motions of one behaviour."""
+
+    claims = ("arm",)
+    wait: float = port("between the motions", unit="s", default=2.0)
+
+    def initialise(self) -> None:
+        self._left, self._timer = 2, None
+        self._swing()
+
+    def _swing(self) -> None:
+        self._left, self._timer = self._left - 1, None
+        self._task = self.robot.arm.follow(line(self.robot.arm.joints.positions, STEP, 2.0))
+
+    def update(self) -> Status:
+        status = self.follow(self._task)
+        if status is not Status.SUCCESS or not self._left:
+            return status
+        self._timer = self._timer or self.start_timer()
+        if self._timer.is_over(self.wait):
+            self._swing()
+        return Status.RUNNING
+
+
 class MoveFingers(Behaviour):
     """Move the fingers to a width."""
 

@@ -13,6 +13,7 @@ from stack.geometry.rotations import from_angles
 from stack.telemetry.records import MissionState
 from stack.types import Block, JointState, Pose2D
 from tests.benchmarks.fetching import run_once
+from tests.missions.execution.arm_leaves import STEP
 from tests.missions.execution.live_run import LiveRun
 
 HEAD = "mission: mobile\nrobot: fetcher\nworld: parts_store\nplugins: [./arm_leaves.py]\n"
@@ -107,6 +108,50 @@ def test_a_base_does_not_drive_with_an_arm_that_cannot_come_home(live):
     done, reason = Watch(run).until_over()
     assert not done and "the arm cannot move to `home`: at the goal: panda_" in reason
     assert run.engine.body.pose.distance_to(Pose2D(1.38, 1.0)) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_base_waits_for_a_behaviour_that_uses_the_arm_twice(live):
+    drive = "back_up: {distance: 20 cm}"
+    run = live(f"run: {{parallel: [swing_twice: {{}}, {drive}]}}\n", scripted)
+    swung = run.engine.body.description.arm.postures["home"] + 2.0 * STEP
+    watch, farthest = Watch(run), np.inf
+    while not run.runtime.state.is_over:
+        watch.until_over(within=1)
+        joints = run.runtime.perceived.newest("joints", JointState).positions
+        farthest = min(farthest, np.abs(joints - swung).max())
+    assert watch.until_over() == (True, ""), run.texts()
+    # Both swings one after the other, the second from where the first one ended; then home.
+    assert farthest < 0.01 and watch.moved == ["arm", "base"] and watch.both == 0
+
+
+def test_the_arm_does_not_go_home_while_the_fingers_move(live):
+    run = live("run: {sequence: [move_arm: {posture: look}, parallel: [move_fingers: 1 cm, "
+               "back_up: {distance: 20 cm}]]}\n", scripted)  # fmt: skip
+    robot = run.runtime.parts.robot
+    while not robot.gripper.is_busy:
+        run.steps()
+    while robot.gripper.is_busy:
+        assert _at(robot.arm, "look") and not robot.arm.is_busy
+        run.steps()
+    assert Watch(run).until_over() == (True, ""), run.texts()
+
+
+@pytest.mark.parametrize("interruption", ["estop", "newer"])
+def test_an_arm_whose_way_home_was_cancelled_begins_it_again(live, interruption):
+    run = live(
+        "run: {sequence: [move_arm: {posture: look}, back_up: {distance: 20 cm}]}\n", scripted
+    )
+    arm = run.runtime.parts.robot.arm
+    while not _at(arm, "look"):
+        run.steps()
+    while _at(arm, "look"):
+        run.steps()
+    if interruption == "newer":
+        arm.move_to_posture("look")
+    else:
+        assert run.order("estop").done and run.order("release").done
+        assert run.order("resume").done
+    assert Watch(run).until_over() == (True, ""), run.texts()
 
 
 def _at(arm, posture):

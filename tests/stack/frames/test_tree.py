@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stack.errors import FrameError
-from stack.frames.tree import FrameTree, inverse, lifted, on_floor
+from stack.frames.tree import FrameTree, inverse, lifted
 from stack.geometry.rotations import from_quaternion
-from stack.types import Pose2D
+from stack.types import Pose2D, on_floor
 from tests.stack.frames.test_buffer import driven, estimate
 
 COORDINATES = st.floats(-5.0, 5.0)

@@ -48,7 +48,7 @@ class FreeToDrive(DriveInterlock):
     def hindrance(self, perceived):
         return None
 
-    def remove_hindrance(self, perceived):
+    def remove_hindrance(self, perceived, task):
         return None
 
 

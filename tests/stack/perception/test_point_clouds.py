@@ -1,5 +1,7 @@
 """Point clouds that behaviours ask for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,8 @@ def test_blocks_need_a_pair_of_pictures_of_one_time(rig):
     assert seen(0.0) is None
     assert seen(0.1, camera=picture) is None
     assert seen(0.2, camera=picture, depth=floor_picture(0.5)) is None  # 0.4 s apart
+    assert seen(0.2, camera=picture, depth=floor_picture(0.2)) is None  # where was the base then?
+    rig.world.frames.add(replace(rig.world.odometry, stamp=0.2))
     assert seen(0.2, camera=picture, depth=floor_picture(0.2)) == ()
     with pytest.raises(ParameterError, match="unknown depth camera 'hnd'"):
         perception.blocks("hnd")
