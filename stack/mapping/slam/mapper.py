@@ -147,7 +147,7 @@ class Mapper:
             if not self.is_mapping:
                 if self._is_moved(self._matched_at):
                     self._follow()
-            elif self._is_lost(scan):
+            elif self._is_confirmed and self._is_lost(scan):
                 self._check.note_loss(stamp)
                 self._insert(stamp, odometry_pose, scan, prepared, is_lost=True)
             elif self._is_moved(self._matched_at) and self._may_insert():
