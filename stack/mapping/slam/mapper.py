@@ -133,6 +133,7 @@ class Mapper:
             odometry_pose: of the base at the stamp, odom frame.
             scan: deskewed.
         """
+        elapsed = self._check.elapsed(stamp)
         prepared = prepare(scan, self.parameters.match_range, self._noise)
         if self._last is None and not self.is_mapping and self.graph.keyframes:
             self._pose = self._pose.compose(odometry_pose.relative_to(self._odometry))
@@ -142,7 +143,7 @@ class Mapper:
             self._odometry = odometry_pose
             self._insert(stamp, odometry_pose, scan, prepared)
         else:
-            self._pose = self._matched(stamp, odometry_pose, prepared)
+            self._pose = self._matched(stamp, elapsed, odometry_pose, prepared)
             self._odometry = odometry_pose
             if not self.is_mapping:
                 if self._is_moved(self._matched_at):
@@ -284,9 +285,11 @@ class Mapper:
             self._scans[keyframe] = prepare(scan, self.parameters.match_range, self._noise)
         return self._scans[keyframe]
 
-    def _matched(self, stamp: float, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
+    def _matched(
+        self, stamp: float, elapsed: float, odometry: Pose2D, scan: PreparedScan
+    ) -> Pose2D:
         """Return the pose of a scan; that of odometry if it does not match."""
-        moved, elapsed = odometry.relative_to(self._odometry), self._check.elapsed(stamp)
+        moved = odometry.relative_to(self._odometry)
         pose, self.match = align_step(self._local_map(), scan, self._pose, moved, elapsed)
         self._is_unsure = self.match.overlap < LEAST_OVERLAP
         if self.match.information.any():

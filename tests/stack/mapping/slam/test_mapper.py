@@ -145,3 +145,16 @@ def test_a_wrong_pose_adds_no_keyframe_however_badly_the_scans_fit():
         mapper.add(10.0 + k, last, scan_at(ROOM, last, 10.0 + k, 0.01, k))
         mapper.add(10.5 + k, last, scan_at(ROOM, last, 10.5 + k, 0.01, k))
     assert len(mapper.graph.keyframes) == before
+
+
+def test_scans_off_the_map_are_no_gap():
+    """Localising 60 s beside the map, with a scan every 0.1 s, and then on it again."""
+    poses = line((1.0, 1.2), (3.0, 1.2))
+    mapper = drives.mapped(ROOM, poses)
+    mapper.set_mapping(False)
+    begin, last = 0.1 * len(poses), poses[-1]
+    for k in range(600):
+        if k in (1, 599):
+            mapper.set_pose(Pose2D(50.0, 0.0) if k == 1 else last, last)
+        mapper.add(begin + 0.1 * k, last, scan_at(ROOM, last, begin + 0.1 * k))
+    assert mapper.take_notes() == []
