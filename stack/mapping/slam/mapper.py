@@ -31,13 +31,7 @@ from stack.mapping.slam.landmarks import (
     solve,
 )
 from stack.mapping.slam.loops import LoopClosure
-from stack.mapping.slam.matching.alignment import (
-    LEAST_OVERLAP,
-    align_step,
-    is_jump,
-    odometry_information,
-    softened,
-)
+from stack.mapping.slam.matching.alignment import LEAST_OVERLAP, align_step, softened
 from stack.mapping.slam.matching.local_map import (
     EDGE_OVERLAP,
     LocalMap,
@@ -48,6 +42,7 @@ from stack.mapping.slam.matching.scans import PreparedScan, prepare
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
 from stack.mapping.slam.odometry.chain import OdometryChain, lost_edge
 from stack.mapping.slam.odometry.check import OdometryCheck
+from stack.mapping.slam.odometry.error import is_jump, odometry_information
 from stack.mapping.slam.optimiser import GraphOptimiser, Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
@@ -288,17 +283,17 @@ class Mapper:
     def _matched(
         self, stamp: float, elapsed: float, odometry: Pose2D, scan: PreparedScan
     ) -> Pose2D:
-        """Return the pose of a scan; that of odometry if it does not match."""
+        """Return the pose of a scan; that of odometry if it does not match and is no jump."""
         moved = odometry.relative_to(self._odometry)
         pose, self.match = align_step(self._local_map(), scan, self._pose, moved, elapsed)
         self._is_unsure = self.match.overlap < LEAST_OVERLAP
         if self.match.information.any():
             matched = pose.relative_to(self._pose)
-            doubt = self._check.compare(stamp, moved, matched, self.match)
+            doubt = self._check.compare(stamp, moved, matched, self.match.base_covariance)
             self._chain.doubt(doubt)
             self._is_unsure = self._is_unsure or bool(doubt.any())
         self._has_jumped = is_jump(moved, elapsed) and not self.match.information.any()
-        return pose
+        return self._pose if self._has_jumped else pose
 
     def _is_lost(self, scan: Scan) -> bool:
         """Return whether neither odometry nor the scan tells the pose."""
