@@ -150,6 +150,8 @@ class RobotBehaviour(Behaviour):
     compares it with the detector."""
     one_port_of: typing.ClassVar[tuple[str, ...]] = ()
     """Ports of which exactly one is given; `check` refuses a node with none or several."""
+    joints_port: typing.ClassVar[str] = ""
+    """Port with positions of the joints of the arm, for `check`."""
     posture_port: typing.ClassVar[str] = ""
     """Port with a posture of the arm; `check` compares it with the robot."""
     box_ports: typing.ClassVar[tuple[str, ...]] = ()

@@ -54,6 +54,7 @@ class BehaviourTraits:
     edge_port: str
     label_port: str
     one_port_of: tuple[str, ...]
+    joints_port: str
     posture_port: str
     box_ports: tuple[str, ...]
     drives_backward: bool

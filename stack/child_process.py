@@ -51,7 +51,7 @@ class Worker:
         """Send a request; start the process with the first one.
 
         Raises:
-            WorkerError: the process has ended, or does not read.
+            WorkerError: the process cannot be started, has ended, or does not read.
         """
         if self._failure is not None:
             raise self._failure
@@ -136,7 +136,9 @@ class Worker:
     def _lost(self, error: Exception) -> WorkerError:
         """Return what became of the process."""
         if self._process is None:
-            return self._fail(WorkerError(f"{self._name} cannot be started: {error}"))
+            return self._fail(
+                WorkerError(f"{self._name} cannot be started: {exception_sentence(error)}")
+            )
         if isinstance(error, BlockingIOError):
             return self._fail(
                 WorkerError(f"{self._name} gave no answer for {Patience.LONGEST:g} s")

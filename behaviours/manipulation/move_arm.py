@@ -31,6 +31,7 @@ class MoveArm(RobotBehaviour):
     claims = ("arm",)
     fails_with = MOTION_FAILURES
     one_port_of = ("posture", "joints", "pose")
+    joints_port = "joints"
     posture_port = "posture"
     also_known_as = ("MoveToPose", "PlanAndExecute")
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from math import degrees
 from pathlib import Path
 
+from missions.execution.fit.arms import boxes_of
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import catalogue_of, load_robot, load_world
 from missions.inspection.declaration_tables import aligned
@@ -145,7 +146,26 @@ def robot_description(robot: RobotDescription) -> str:
         ]
         if isinstance(part, CameraDescription | DepthCameraDescription):
             lines.append(f"  {_lens(part.model)}")
-    return "\n".join(lines)
+    return "\n".join([*lines, *_arm(robot)])
+
+
+def _arm(robot: RobotDescription) -> list[str]:
+    """Describe the joints and the postures of an arm; nothing without one."""
+    arm = robot.arm
+    if arm is None:
+        return []
+    ranges = zip(arm.joints, arm.limits.lower, arm.limits.upper, arm.limits.velocity, strict=True)
+    lines = ["arm:"]
+    lines += [
+        f"  {name}: {low:.3g} to {high:.3g} rad, {speed:.3g} rad/s"
+        for name, low, high, speed in ranges
+    ]
+    lines += [
+        f"  posture {name}: [{', '.join(f'{value:.3g}' for value in positions)}]"
+        for name, positions in arm.postures.items()
+    ]
+    lines.append(f"  poses are in the frame of {arm.base_link}, of {arm.tool_link}")
+    return lines
 
 
 def _declared(part: object) -> list[Declaration]:
@@ -187,6 +207,8 @@ def world_description(world: World, doc: str = "") -> str:
     rows = [
         ("size", f"{x_max - x_min:g} x {y_max - y_min:g} m, from ({x_min:g}, {y_min:g})"),
         ("has", ", ".join(text for text in things if not text.startswith("0 "))),
+        ("boxes", ", ".join(boxes_of(world)) if any(box.name for box in world.boxes) else ""),
+        ("blocks", ", ".join(block.name for block in world.blocks)),
         ("doors", ", ".join(door.name for door in world.doors)),
         ("people", ", ".join(person.name for person in world.people)),
         ("markers", ", ".join(str(marker.number) for marker in world.markers)),

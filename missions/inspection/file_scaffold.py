@@ -31,7 +31,7 @@ class FileTemplate(Template):
 
 
 def new_mission(name: str, folder: Path, world: str, robot: str) -> Path:
-    """Write `<name>.yaml`, a mission that visits places of a world.
+    """Write `<name>.yaml`, a mission that visits places of a world, or moves a standing arm.
 
     Args:
         name: of the file, without its ending.
@@ -44,7 +44,12 @@ def new_mission(name: str, folder: Path, world: str, robot: str) -> Path:
     """
     check_file_name(name, "mission", [file.stem for file in mission_files()])
     found = read_any_world(find_world(world, Path.cwd(), WORLDS))
-    load_robot(robot, Path.cwd())
+    described = load_robot(robot, Path.cwd())
+    if described.arm is not None and not described.drivetrain.moves:
+        postures = [f"    - move_arm: {{posture: {key}}}" for key in described.arm.postures]
+        words = {"postures": "\n".join(postures)}
+        words |= {"world": _from(world, folder), "robot": _from(robot, folder)}
+        return _write("arm_mission", name, folder, words)
     goals = _goals(found)
     indent = " " * 2
     listed = [f"{indent}{key}: {_pose(pose)}" for key, pose in goals.items()]

@@ -1,5 +1,8 @@
 """Generated buildings: boundaries, ranges, and a small building that is mapped."""
 
+from itertools import pairwise
+
+import cv2
 import numpy as np
 import pytest
 
@@ -30,16 +33,40 @@ def test_a_beam_ends_at_a_wall_and_passes_glass_that_it_meets_askew():
     assert not np.isfinite(ranges[middle + quarter - 2])  # 43 degrees
 
 
-@pytest.mark.parametrize("seed", range(len(KINDS)))
-def test_a_building_has_long_corridors_with_loops_and_a_way_through_them(seed):
+@pytest.mark.parametrize(("seed", "loops"), list(enumerate((1, 2, 2, 4, 1))))
+def test_a_building_has_long_corridors_with_loops_and_a_way_through_them(seed, loops):
+    """Loops: of a ring 1, of a ladder and of two wings 2, of a grid of 3 x 3 crossings 4."""
     plan = building(seed)
     assert plan.kind == KINDS[seed]
+    assert 100.0 <= corridor_length(plan) <= 200.0
+    assert blocks(plan) == loops
     xs, ys = plan.walls[:, [0, 2]], plan.walls[:, [1, 3]]
-    for (x, y), (to_x, to_y) in zip(plan.route, plan.route[1:], strict=False):
+    for (x, y), (to_x, to_y) in pairwise(plan.route):
         low, high = sorted((x, to_x)), sorted((y, to_y))
         crossed = (xs.min(1) <= low[1]) & (xs.max(1) >= low[0])
         crossed &= (ys.min(1) <= high[1]) & (ys.max(1) >= high[0])
         assert not crossed.any()  # no wall stands across the way
+
+
+def corridor_length(plan: Building) -> float:
+    """Metres of the route, each place counted once: cells of 0.1 m along the axes."""
+    cells = set()
+    for one, other in pairwise(np.array(plan.route)):
+        count = round(10.0 * float(np.abs(other - one).sum()))
+        middles = one + (np.arange(count)[:, None] + 0.5) / count * (other - one)
+        cells.update(map(tuple, np.floor(10.0 * middles + 1e-6).tolist()))
+    return 0.1 * len(cells)
+
+
+def blocks(plan: Building) -> int:
+    """Count the blocks of more than 8 m x 8 m that corridors run around; the outline is none."""
+    pixels = np.round(10.0 * (plan.walls - plan.walls.min())).astype(int)
+    picture = np.zeros(pixels.max(axis=0)[[3, 2]] + 1, np.uint8)
+    for x, y, to_x, to_y in pixels.tolist():
+        picture[min(y, to_y) : max(y, to_y) + 1, min(x, to_x) : max(x, to_x) + 1] = 1
+    _, _, found, _ = cv2.connectedComponentsWithStats(picture, connectivity=4)
+    sides = found[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
+    return int((sides.min(axis=1) > 80).sum()) - 1
 
 
 def test_a_small_building_is_mapped_and_its_loop_closed():

@@ -1,6 +1,7 @@
 """Workers that end, raise, or are suspended: in time, and with the first cause as the reason."""
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -115,6 +116,21 @@ def test_a_process_that_does_not_read_is_given_up(worker_of):
     worker.send(None)
     with pytest.raises(WorkerError, match="gave no answer"):
         worker.send(np.zeros(1_000_000))
+
+
+def test_a_process_that_cannot_be_started_is_a_failure(worker_of):
+    """No descriptor is left for the pipe; afterwards a closed worker starts as usual."""
+    worker = worker_of("adder", 10)
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (3, hard))
+    try:
+        with pytest.raises(WorkerError, match=r"the worker cannot be started: .*open files"):
+            worker.send(0)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    worker.close()
+    worker.send(0)
+    assert worker.receive() == 10
 
 
 def test_a_closed_worker_starts_another_process(worker_of):

@@ -73,6 +73,7 @@ def arm_findings(mission: Mission, robot: RobotDescription, world: World) -> Ite
         yield from _goals(step)
         if robot.arm is not None:
             yield from _postures(step, robot.arm, robot.name)
+            yield from _joints(step, robot.arm, robot.name)
         yield from _boxes(step, boxes, world.name)
         if "arm" in step.behaviour.needs and not PINOCCHIO.is_installed:
             sentence = f"{step.kind} needs {PINOCCHIO.absence}"
@@ -95,6 +96,23 @@ def _postures(step: LeafStep, arm: ArmDescription, robot: str) -> Iterator[Findi
         sentence = f"{step.behaviour.posture_port}: {robot} has no posture {value.value!r}"
         hint = suggestion(str(value.value), arm.postures)
         yield Finding(mark_of(value, step.mark), VALUE, sentence, hint)
+
+
+def _joints(step: LeafStep, arm: ArmDescription, robot: str) -> Iterator[Finding]:
+    port = step.behaviour.joints_port
+    value = step.ports.get(port)
+    if not isinstance(value, Constant) or not isinstance(value.value, list | tuple):
+        return
+    mark, count = mark_of(value, step.mark), len(arm.joints)
+    if len(value.value) != count:
+        sentence = f"{port}: {robot} has {count} joints, got {len(value.value)} positions"
+        yield Finding(mark, VALUE, sentence, f"in the order {', '.join(arm.joints)}")
+        return
+    ranges = zip(arm.joints, value.value, arm.limits.lower, arm.limits.upper, strict=True)
+    for name, position, low, high in ranges:
+        if not low <= float(position) <= high:
+            sentence = f"{port}: {name} would be at {position:g} rad"
+            yield Finding(mark, VALUE, sentence, f"its limits are {low:g} and {high:g}")
 
 
 def _boxes(step: LeafStep, boxes: Mapping[str, SceneObject], world: str) -> Iterator[Finding]:

@@ -68,7 +68,7 @@ def histogram(title: str, unit: str, good: FloatArray, bad: FloatArray) -> str:
     first = floor(low / step + 1e-9)
     count = max(1, ceil(high / step - first + 1e-9))
     edges = step * (first + np.arange(count + 1))
-    edges[-1] = max(edges[-1], high)
+    edges[0], edges[-1] = min(edges[0], low), max(edges[-1], high)  # the products are rounded
     bars = [np.histogram(part, edges)[0] for part in (good, bad)]
     top, across = int((bars[0] + bars[1]).max()), (WIDTH - MARGIN - 10) / count
     up = (HEIGHT - FLOOR - 8) / top

@@ -19,7 +19,7 @@ from stack.localisation.view_planner import CLEARANCE
 from stack.mapping.slam.consistency import MapConsistency
 from stack.mapping.slam.global_localisation import GlobalLocalisation
 from stack.mapping.slam.landmarks import markers_of, problem_of
-from stack.mapping.slam.odometry.error import odometry_error
+from stack.mapping.slam.odometry.error import odometry_covariance
 from stack.mapping.slam.parameters import SlamParameters
 from stack.optional_packages import GTSAM
 from stack.types import (
@@ -371,9 +371,7 @@ class SlamEstimator(Estimator):
             return
         self._health = self._consistency.weighed(self._health, self.grid, pose, scan)
         if not match.information.any():  # nothing to match with: odometry alone
-            position, heading = odometry_error(moved)
-            errors = np.diag(np.square([position, position, heading]))
-            self._covariance = self._covariance + errors
+            self._covariance = self._covariance + odometry_covariance(moved, floor=0.0)
             return
         self._covariance = match.covariance
 

@@ -31,13 +31,7 @@ from stack.mapping.slam.landmarks import (
     solve,
 )
 from stack.mapping.slam.loops import LoopClosure
-from stack.mapping.slam.matching.alignment import (
-    LEAST_OVERLAP,
-    align_step,
-    is_jump,
-    odometry_information,
-    softened,
-)
+from stack.mapping.slam.matching.alignment import LEAST_OVERLAP, align_step, softened
 from stack.mapping.slam.matching.local_map import (
     EDGE_OVERLAP,
     LocalMap,
@@ -48,6 +42,7 @@ from stack.mapping.slam.matching.scans import PreparedScan, prepare
 from stack.mapping.slam.neighbourhood import REFERENCE_DISTANCE, REFERENCE_KEYFRAMES, Neighbourhood
 from stack.mapping.slam.odometry.chain import OdometryChain, lost_edge
 from stack.mapping.slam.odometry.check import OdometryCheck
+from stack.mapping.slam.odometry.error import is_jump, odometry_information
 from stack.mapping.slam.optimiser import GraphOptimiser, Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
@@ -133,6 +128,7 @@ class Mapper:
             odometry_pose: of the base at the stamp, odom frame.
             scan: deskewed.
         """
+        elapsed = self._check.elapsed(stamp)
         prepared = prepare(scan, self.parameters.match_range, self._noise)
         if self._last is None and not self.is_mapping and self.graph.keyframes:
             self._pose = self._pose.compose(odometry_pose.relative_to(self._odometry))
@@ -142,12 +138,12 @@ class Mapper:
             self._odometry = odometry_pose
             self._insert(stamp, odometry_pose, scan, prepared)
         else:
-            self._pose = self._matched(stamp, odometry_pose, prepared)
+            self._pose = self._matched(stamp, elapsed, odometry_pose, prepared)
             self._odometry = odometry_pose
             if not self.is_mapping:
                 if self._is_moved(self._matched_at):
                     self._follow()
-            elif self._is_lost(scan):
+            elif self._is_confirmed and self._is_lost(scan):
                 self._check.note_loss(stamp)
                 self._insert(stamp, odometry_pose, scan, prepared, is_lost=True)
             elif self._is_moved(self._matched_at) and self._may_insert():
@@ -284,18 +280,20 @@ class Mapper:
             self._scans[keyframe] = prepare(scan, self.parameters.match_range, self._noise)
         return self._scans[keyframe]
 
-    def _matched(self, stamp: float, odometry: Pose2D, scan: PreparedScan) -> Pose2D:
-        """Return the pose of a scan; that of odometry if it does not match."""
-        moved, elapsed = odometry.relative_to(self._odometry), self._check.elapsed(stamp)
+    def _matched(
+        self, stamp: float, elapsed: float, odometry: Pose2D, scan: PreparedScan
+    ) -> Pose2D:
+        """Return the pose of a scan; that of odometry if it does not match and is no jump."""
+        moved = odometry.relative_to(self._odometry)
         pose, self.match = align_step(self._local_map(), scan, self._pose, moved, elapsed)
         self._is_unsure = self.match.overlap < LEAST_OVERLAP
         if self.match.information.any():
             matched = pose.relative_to(self._pose)
-            doubt = self._check.compare(stamp, moved, matched, self.match)
+            doubt = self._check.compare(stamp, moved, matched, self.match.base_covariance)
             self._chain.doubt(doubt)
             self._is_unsure = self._is_unsure or bool(doubt.any())
         self._has_jumped = is_jump(moved, elapsed) and not self.match.information.any()
-        return pose
+        return self._pose if self._has_jumped else pose
 
     def _is_lost(self, scan: Scan) -> bool:
         """Return whether neither odometry nor the scan tells the pose."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch
 from stack.mapping.slam.matching.scans import PreparedScan
-from stack.mapping.slam.odometry.error import odometry_error
+from stack.mapping.slam.odometry.error import FASTEST, odometry_deviation
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 GOOD_OVERLAP = 0.75
@@ -23,15 +23,8 @@ LARGE_STEP, LARGE_TURN = 0.4, 0.5
 """Metres and radians between two scans above which the scan is also searched near the last pose, if
 the motion is faster than FASTEST: odometry was reset, or reports at once what it has missed."""
 
-FASTEST = 2.5
-"""Metres and radians per second. A slower motion over a gap in the scans is believed: in a corridor
-the last pose would fit as well."""
-
 MOST_WINDOW = (3.0, 1.5)
 """Metres and radians: half width of a search around the pose that odometry predicts, at most."""
-
-JUMP = 5.0
-"""Metres in one step, faster than FASTEST, that no robot drives: without a match it stays."""
 
 LEAST_OVERLAP, CONFIRMED_OVERLAP = 0.5, 0.12
 """Overlap that a match needs, and one that odometry confirms: within 2.5 of its deviations. In a
@@ -40,9 +33,6 @@ door most of a scan is new, and what remains gives the heading better than odome
 WEAK_HEADING = 0.2
 """Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
 always; a stronger pull by odometry that turns too little adds up to metres."""
-
-DEVIATION_FLOOR = 0.01
-"""Metres and radians; deviation of odometry without any motion."""
 
 NORMAL_VARIANCE = 0.03**2
 """rad²; of normals: a wall seems to hold a scan along it by this share of its points."""
@@ -55,8 +45,6 @@ def align_step(
     local: LocalMap, scan: PreparedScan, pose: Pose2D, moved: Pose2D, elapsed: float
 ) -> tuple[Pose2D, ScanMatch]:
     """Return the pose of a scan and its match; the pose of odometry if it does not match.
-
-    After a jump of odometry without a match it is the pose before.
 
     A match that is not accepted has no information.
 
@@ -92,26 +80,7 @@ def align_step(
     confirms = found.pose.distance_to(expected) <= 2.5 * position and turned <= 2.5 * heading
     if found.overlap > (CONFIRMED_OVERLAP if confirms else LEAST_OVERLAP):
         return found.pose, found
-    if is_jump(moved, elapsed):
-        expected = pose
     return expected, replace(found, information=np.zeros((3, 3)))
-
-
-def is_jump(moved: Pose2D, elapsed: float) -> bool:
-    """Return whether no robot drives a motion in so many seconds: odometry was reset."""
-    return hypot(moved.x, moved.y) > max(JUMP, FASTEST * elapsed)
-
-
-def odometry_deviation(moved: Pose2D) -> tuple[float, float]:
-    """Return the deviations of a motion by odometry, m and rad."""
-    position, heading = odometry_error(moved)
-    return DEVIATION_FLOOR + position, DEVIATION_FLOOR + heading
-
-
-def odometry_information(moved: Pose2D) -> FloatArray:
-    """Return the information (3, 3) of a motion by odometry."""
-    position, heading = odometry_deviation(moved)
-    return np.diag([position**-2, position**-2, heading**-2])
 
 
 def softened(information: FloatArray) -> FloatArray:

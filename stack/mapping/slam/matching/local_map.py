@@ -54,10 +54,16 @@ class ScanMatch:
     overlap: float
 
     @property
+    def base_covariance(self) -> FloatArray:
+        """(3, 3) covariance of x, y, heading, base frame."""
+        known = self.information + np.eye(3) / UNKNOWN_VARIANCE
+        covariance: FloatArray = np.linalg.inv(known).astype(np.float64)
+        return covariance
+
+    @property
     def covariance(self) -> FloatArray:
         """(3, 3) covariance of x, y, heading, frame of the reference."""
-        known = self.information + np.eye(3) / UNKNOWN_VARIANCE
-        local = np.linalg.inv(known) + np.diag([1e-5, 1e-5, 1e-6])
+        local = self.base_covariance + np.diag([1e-5, 1e-5, 1e-6])
         turn = rotation(self.pose.heading)
         total: FloatArray = turn @ local @ turn.T
         return total

@@ -7,7 +7,7 @@ from math import hypot
 import numpy as np
 
 from stack.mapping.slam.graph import Edge, Keyframe
-from stack.mapping.slam.matching.alignment import odometry_information
+from stack.mapping.slam.odometry.error import odometry_information
 from stack.types import FloatArray, Pose2D
 
 CHAIN_LENGTH = 3.0

@@ -11,14 +11,13 @@ from math import degrees, hypot
 
 import numpy as np
 
-from stack.mapping.slam.matching.alignment import odometry_deviation
-from stack.mapping.slam.matching.local_map import UNKNOWN_VARIANCE, ScanMatch
+from stack.mapping.slam.odometry.error import odometry_covariance
 from stack.types import FloatArray, Pose2D, wrap_angle
 
 CONTRADICTION = 25.0
 """Squared difference of the motions, in standard deviations, from which they contradict."""
 
-JUMP, TURN = 0.5, 0.3
+NOTED_DISTANCE, NOTED_TURN = 0.5, 0.3
 """Metres and radians of a contradiction that is noted; smaller ones are slips of wheels."""
 
 GAP, GAP_PERIODS = 1.0, 5.0
@@ -61,25 +60,25 @@ class OdometryCheck:
             )
         return passed
 
-    def compare(self, stamp: float, moved: Pose2D, matched: Pose2D, match: ScanMatch) -> FloatArray:
+    def compare(
+        self, stamp: float, moved: Pose2D, matched: Pose2D, covariance: FloatArray
+    ) -> FloatArray:
         """Return the squared errors (3,) by which odometry is wrong beyond its covariance.
 
         Args:
             stamp: of the scan.
             moved: motion since the scan before, by odometry.
             matched: the same motion by matched scans.
-            match: of the scan.
+            covariance: (3, 3) of `matched`.
         """
         off = matched.relative_to(moved)
         error = np.array([off.x, off.y, wrap_angle(off.heading)])
-        position, heading = odometry_deviation(moved)
-        covariance = np.diag(np.square([position, position, heading]))
-        covariance += np.linalg.inv(match.information + np.eye(3) / UNKNOWN_VARIANCE)
-        if hypot(off.x, off.y) <= JUMP:
+        covariance = odometry_covariance(moved) + covariance
+        if hypot(off.x, off.y) <= NOTED_DISTANCE:
             self._compare_turns(moved.heading, matched.heading)
         if error @ np.linalg.solve(covariance, error) < CONTRADICTION:
             return np.zeros(3)
-        if hypot(off.x, off.y) > JUMP or abs(error[2]) > TURN:
+        if hypot(off.x, off.y) > NOTED_DISTANCE or abs(error[2]) > NOTED_TURN:
             self._note(
                 f"at {stamp:.1f} s odometry reports a motion of {hypot(moved.x, moved.y):.2f} m and"
                 f" {degrees(moved.heading):.0f} deg, the scans show"

@@ -10,6 +10,7 @@ from stack.mapping.slam.mapper import Mapper
 from stack.mapping.slam.optimiser import Optimum
 from stack.mapping.slam.parameters import MapperParameters
 from stack.types import Pose2D
+from tests.stack.mapping.slam import drives
 from tests.stack.mapping.slam.drives import line
 from tests.stack.mapping.slam.rooms import RING, ROOM, box, scan_at
 
@@ -132,3 +133,28 @@ def test_a_match_that_odometry_contradicts_needs_half_of_the_points(cupboards, f
     hidden = np.concatenate([ROOM, *(np.array(box(x, y, 0.3, 0.3)) for x, y in corners.tolist())])
     found = mapper.add(10.0, last, scan_at(hidden, shoved, 10.0, 0.01, 99))
     assert found.distance_to(shoved if follows else last) < 0.05
+
+
+def test_a_wrong_pose_adds_no_keyframe_however_badly_the_scans_fit():
+    """Set 2 m and 90 degrees away, again and again: else the robot would match its own mistake."""
+    poses = line((1.0, 1.2), (7.0, 1.2))
+    mapper, last = drives.mapped(ROOM, poses), poses[-1]
+    before = len(mapper.graph.keyframes)
+    for k in range(4):
+        mapper.set_pose(Pose2D(5.0, 1.2, 0.5 * pi), last)
+        mapper.add(10.0 + k, last, scan_at(ROOM, last, 10.0 + k, 0.01, k))
+        mapper.add(10.5 + k, last, scan_at(ROOM, last, 10.5 + k, 0.01, k))
+    assert len(mapper.graph.keyframes) == before
+
+
+def test_scans_off_the_map_are_no_gap():
+    """Localising 60 s beside the map, with a scan every 0.1 s, and then on it again."""
+    poses = line((1.0, 1.2), (3.0, 1.2))
+    mapper = drives.mapped(ROOM, poses)
+    mapper.set_mapping(False)
+    begin, last = 0.1 * len(poses), poses[-1]
+    for k in range(600):
+        if k in (1, 599):
+            mapper.set_pose(Pose2D(50.0, 0.0) if k == 1 else last, last)
+        mapper.add(begin + 0.1 * k, last, scan_at(ROOM, last, begin + 0.1 * k))
+    assert mapper.take_notes() == []
