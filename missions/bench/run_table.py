@@ -12,9 +12,9 @@ from statistics import mean
 from typing import Any
 
 from missions.bench.bench import Bench, E, Key, Options, R
+from missions.bench.journal import cut_journal, read_journal
 from missions.bench.processes import Alive, ProcessEnded, bounded, results
-from stack.documents import Finding, Mark
-from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
+from stack.documents.files import JSON_BYTES, read_bytes
 from stack.errors import InputError
 
 TABLE, SETTINGS = "runs.jsonl", "settings.json"
@@ -96,23 +96,10 @@ def rows_in(folder: Path, kind: type[R]) -> dict[Key, R]:
     Raises:
         InputError: a line is not a row of this table.
     """
-    rows: dict[Key, R] = {}
     file = folder / TABLE
-    if not file.exists():
-        return rows
-    text = decoded(read_input(file, "table", JSON_BYTES), file)
-    whole = text[: text.rfind("\n") + 1]
-    if whole != text:
-        file.write_text(whole, "utf-8")
-    for number, line in enumerate(whole.splitlines(), start=1):
-        try:
-            row = kind.read(json.loads(line))
-        except (ValueError, TypeError, KeyError) as error:
-            mark = Mark(str(file), number)
-            sentence = f"not a row of this table: {error}"
-            raise InputError([Finding(mark, "E004", sentence, "choose another --out")]) from None
-        rows[row.key] = row
-    return rows
+    if file.exists():
+        cut_journal(file, JSON_BYTES)
+    return {row.key: row for row in read_journal(file, "row of this table", JSON_BYTES, kind.read)}
 
 
 def _remaining(seconds: float) -> str:

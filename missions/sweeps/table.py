@@ -20,12 +20,12 @@ from io import RawIOBase
 from pathlib import Path
 from typing import Any
 
+from missions.bench.journal import cut_journal, read_journal
 from missions.execution.resources import versions
 from missions.sweeps.checking import CheckedSweep, file_differences
 from missions.sweeps.row import SweepRow, columns
 from missions.sweeps.sweep import Sweep
-from stack.documents import Finding, Mark
-from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
+from stack.documents.files import JSON_BYTES, read_bytes
 from stack.errors import InputError
 from stack.telemetry.codec import MalformedError, codec_of
 
@@ -88,8 +88,7 @@ class SweepFolder:
                 raise InputError(f"a sweep is running in {self.path}", OTHER_OUT) from None
             except OSError:
                 pass  # a file system without locks
-            content = read_bytes(file, JOURNAL_BYTES)
-            journal.truncate(content.rfind(b"\n") + 1)
+            cut_journal(file, JOURNAL_BYTES)
             yield journal
 
     def begin(self, checked: CheckedSweep) -> list[SweepRow]:
@@ -139,21 +138,9 @@ class SweepFolder:
         Raises:
             InputError: a line is not a row.
         """
-        file = self.path / JOURNAL
-        if not file.exists():
-            return []
-        text = decoded(read_input(file, "journal", JOURNAL_BYTES), file)
-        rows: dict[int, SweepRow] = {}
-        for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
-            try:
-                row = SweepRow.read(json.loads(line))
-            except (ValueError, LookupError, TypeError, MalformedError) as error:
-                mark = Mark(str(file), number)
-                raise InputError(
-                    [Finding(mark, "E004", f"not a row of a sweep: {error}", OTHER_OUT)]
-                ) from None
-            rows.setdefault(row.number, row)
-        return [rows[number] for number in sorted(rows) if number < runs]
+        every = read_journal(self.path / JOURNAL, "row of a sweep", JOURNAL_BYTES, SweepRow.read)
+        rows = {row.number: row for row in reversed(every) if row.number < runs}
+        return [rows[number] for number in sorted(rows)]
 
     def tabulate(self, rows: Sequence[SweepRow], sweep: Sweep) -> None:
         """Write the table; the one before is replaced as a whole.

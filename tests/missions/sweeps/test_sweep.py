@@ -193,6 +193,15 @@ def test_a_damaged_journal_is_an_error(tmp_path, line):
         SweepFolder(tmp_path).rows(2)
 
 
+def test_a_row_may_have_any_character(tmp_path):
+    """U+2028 and U+0085 end a line for `str.splitlines`, but not in JSON."""
+    row = SweepRow(0, 0, {}, "failure", reason="one\u2028two\x85three\nfour")
+    folder = SweepFolder(tmp_path)
+    with folder.open_journal() as journal:
+        folder.write(journal, row)
+    assert folder.rows(1) == [row]
+
+
 def test_a_full_disk_keeps_what_is_there(tmp_path):
     """/dev/full is a disk without space (full(4))."""
     row = SweepRow(0, 0, {}, "success")
