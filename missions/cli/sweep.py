@@ -138,7 +138,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     values = {**words.values, **{name: value for name, value in given.items() if value is not None}}
     values.setdefault("mission", mission)
     words = replace(
-        words, values={name: value for name, value in values.items() if value is not None},
+        _without_gaps(replace(words, values=values)),
         robots=named(robots) if robots is not None else words.robots,
         arguments={**words.arguments, **assignments(set_ or [])},
         parameters={
@@ -177,6 +177,23 @@ def run(  # noqa: PLR0913 - each is an option of the command
     _end(conditions, rows)
 
 
+def check_sweep_file(file: Path) -> None:
+    """Check the file of a sweep, with its mission and all values; nothing runs.
+
+    Raises:
+        InputError: it has errors.
+    """
+    from missions.sweeps.checking import checked
+    from missions.sweeps.sweep import check_claim
+    from missions.sweeps.sweep_file import read_sweep_file
+
+    words = _without_gaps(read_sweep_file(file))
+    sweep = _sweep_of(words, [], None)
+    if words.until is not None:
+        check_claim(sweep)
+    checked(sweep, words.refusal)
+
+
 @sweep_app.command("report")
 def report(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="one sweep, or two")],
@@ -201,6 +218,12 @@ def report(
     file.write_text(page_of(results, file.parent), "utf-8")
     typer.echo(str(file))
     _end(conditions, results[-1].rows)
+
+
+def _without_gaps(words: "SweepFile") -> "SweepFile":
+    """Return what a file says without the keys that it does not have."""
+    values = {name: value for name, value in words.values.items() if value is not None}
+    return replace(words, values=values)
 
 
 def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep":

@@ -51,7 +51,12 @@ def _check(name: str, arguments: dict[str, str]) -> list[CheckLine]:
         path = find_mission(name)
         return _lines(findings_of(path, arguments=arguments))
     except InputError as error:
-        return _lines(error.findings) if error.findings else [CheckLine(f"{name}: {error}", True)]
+        return lines_of(name, error)
+
+
+def lines_of(name: str, error: InputError) -> list[CheckLine]:
+    """Return the lines of an error of a file."""
+    return _lines(error.findings) if error.findings else [CheckLine(f"{name}: {error}", True)]
 
 
 _OURS = re.compile(

@@ -1,14 +1,16 @@
 """`treepilot check` and `explain`: findings in mission and world files, and what they mean."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from missions.cli.arguments import Settings, assignments, counted
+from stack.errors import InputError
 
 
 def check(
-    missions: Annotated[list[str], typer.Argument(help="mission or world files")],
+    missions: Annotated[list[str], typer.Argument(help="files: missions, worlds, robots, sweeps")],
     strict: Annotated[bool, typer.Option("--strict", help="treat warnings as errors")] = False,
     install: Annotated[
         bool,
@@ -19,14 +21,23 @@ def check(
     set_: Settings = None,
     json: Annotated[bool, typer.Option("--json", help="print findings as JSON")] = False,
 ) -> None:
-    """Check mission and world files; report every finding.
+    """Check missions, worlds, robots and sweeps; report every finding.
 
     Each finding has file:line:column, a code and a hint. Nothing moves. Exit code 2 on errors.
     """
-    from missions.inspection.check import as_json, check_files, check_install
+    from missions.cli.sweep import check_sweep_file
+    from missions.inspection.check import as_json, check_files, check_install, lines_of
+    from missions.sweeps.sweep_file import is_sweep_file
 
     findings = check_install() if install else []
-    findings += check_files(missions, assignments(set_ or []))
+    sweeps = [name for name in missions if is_sweep_file(Path(name))]
+    others = [name for name in missions if name not in sweeps]
+    findings += check_files(others, assignments(set_ or []))
+    for name in sweeps:
+        try:
+            check_sweep_file(Path(name))
+        except InputError as error:
+            findings += lines_of(name, error)
     errors = sum(finding.is_error or strict for finding in findings)
     if json:
         typer.echo(as_json(findings))
