@@ -23,7 +23,8 @@ class Arm(Protocol):
     Poses are (4, 4) in the arm's base link, metres. Motions to a goal are planned without contact
     once the arm stands: with the boxes of the world, the blocks of `see` and what the hand holds.
     They fail with UNREACHABLE, NO_MOTION_PLAN, START_OCCUPIED, GOAL_OCCUPIED or COLLISION_AHEAD if
-    there is no motion, and with ARM_COLLISION if the arm stops by itself.
+    there is no motion, with ARM_COLLISION if the arm stops by itself, and with NO_PROGRESS if arm
+    and base do not stand before it, or if it does not arrive.
     """
 
     @property
@@ -120,8 +121,9 @@ class Arm(Protocol):
         """Move along a trajectory that begins where the arm is and ends at rest.
 
         Raises:
-            ParameterError: it begins elsewhere, goes beyond the limits of a joint, or does not end
-                at rest.
+            ParameterError: it begins elsewhere, goes beyond the limits of a joint or its speed,
+                does not end at rest, has numbers that are not finite, or the joints are not
+                measured yet.
         """
 
 

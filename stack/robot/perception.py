@@ -108,6 +108,7 @@ class Perception(Protocol):
     def blocks(self, camera: str = "") -> tuple[Block, ...] | None:
         """Blocks in the newest pictures of the colour camera and a depth camera.
 
+        Their poses are relative to the base now: it may have moved since the pictures were taken.
         Each call keeps the cameras on for another second. None before the first pair of pictures,
         and while the newest ones are not of the same time. Takes some 0.2 s for new pictures.
 

@@ -183,6 +183,26 @@ def test_boxes_and_blocks_stay_where_they_are_when_the_base_turns(live):
     assert turned.heading == pytest.approx(pi / 2.0, abs=0.05)
 
 
+def test_a_correction_of_the_pose_moves_boxes_but_no_block_that_was_seen(live):
+    run = live("run: {wait: 9 s}\n", scripted)
+    run.steps(5)
+    robot = run.runtime.parts.robot
+    robot.arm.see([_block(from_angles((0.5, 0.1, 0.2), (0.0, 0.0, 0.0)))])
+    before, tray = robot.arm.blocks["red block"].pose, robot.arm.box("the tray")[0]
+    pose = run.runtime.perceived.estimate.pose
+    robot.localisation.set_pose(
+        Pose2D(pose.x + 0.1, pose.y, pose.heading), position_deviation=0.01,
+        heading_deviation=0.01, source="test",
+    )  # fmt: skip
+    run.steps(1)
+    moved = run.runtime.perceived.estimate.pose.distance_to(pose)
+    assert moved == pytest.approx(0.1, abs=0.01)
+    # The block is where the camera has shown it; the tray is on the map, 10 cm farther back.
+    assert robot.arm.blocks["red block"].pose == pytest.approx(before, abs=1e-9)
+    shift = np.linalg.norm((robot.arm.box("the tray")[0] - tray)[:2, 3])
+    assert shift == pytest.approx(moved, abs=1e-9)
+
+
 @pytest.mark.slow
 def test_a_block_is_fetched_from_another_room_without_a_contact():
     with tempfile.TemporaryDirectory() as folder:
