@@ -9,8 +9,9 @@ import pytest
 
 import missions
 from missions.cli.new import new_robot
-from missions.execution.prepare import RunOptions, prepare
+from missions.execution.prepare import RunOptions, diagnose, prepare
 from missions.inspection.component_scaffold import new_component
+from missions.inspection.file_scaffold import new_mission
 from robots.load import read_robot
 from stack.errors import InputError
 
@@ -39,6 +40,13 @@ def run(*command, cwd):
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
+
+
+def test_the_mission_of_an_arm_without_wheels_moves_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = new_mission("wave", Path(), "bench_top", "panda_table")
+    assert diagnose(file, RunOptions()).findings == ()
+    assert "posture: folded" in file.read_text()
 
 
 @pytest.mark.parametrize("kind", KINDS)

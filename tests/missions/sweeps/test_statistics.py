@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from math import erfc, sqrt
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from missions.sweeps.claims import Decision, read_claim, read_condition
+from missions.sweeps.report.charts import histogram
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import (
     groups_of,
@@ -132,3 +136,11 @@ def test_the_factor_that_matters_comes_first():
     assert [one.factor for one in found] == ["a", "b"]
     assert found[0].share == pytest.approx(0.45, abs=0.04) and found[0].p_value < 0.01
     assert found[1].share < 0.01
+
+
+@given(st.lists(st.floats(0.0, 1e4), min_size=1, max_size=5))
+def test_each_value_is_in_a_bar_of_the_histogram(values):
+    """Products of a step may be a rounding error above the lowest value, or below the highest."""
+    page = histogram("time", "s", np.array(values), np.empty(0))
+    counted = [int(count) for count in re.findall(r": (\d+) runs", page)]
+    assert sum(counted) == len(values)
