@@ -70,8 +70,9 @@ def arm_findings(mission: Mission, robot: RobotDescription, world: World) -> Ite
     """Yield errors of behaviours that name what robot or world do not have."""
     boxes = boxes_of(world)
     for step in every_leaf(mission):
-        yield from _goals(step)
-        if robot.arm is not None:
+        wrong = list(_goals(step))
+        yield from wrong
+        if robot.arm is not None and not wrong:
             yield from _postures(step, robot.arm, robot.name)
             yield from _joints(step, robot.arm, robot.name)
         yield from _boxes(step, boxes, world.name)
