@@ -21,7 +21,7 @@ def check(
     set_: Settings = None,
     json: Annotated[bool, typer.Option("--json", help="print findings as JSON")] = False,
 ) -> None:
-    """Check missions, worlds, robots and sweeps; report every finding.
+    """Check mission, world, robot and sweep files.
 
     Each finding has file:line:column, a code and a hint. Nothing moves. Exit code 2 on errors.
     """
