@@ -90,8 +90,8 @@ FILE_CODES: dict[str, Code] = {
                  '"properties": {"id": 1, "metadata": {}}', "remove it if it is not needed"),
     "W431": Code("route graph: collision", "an edge leads through an obstacle of the map or a zone",
                  "", "move the edge"),
-    "E520": Code("sweep", "a key of the file of a sweep is unknown or wrong, or its mission refuses "
-                 "a value of a factor", "vary: {controller.cruise_sped: [0.4, 0.8]}",
+    "E520": Code("sweep", "a key of the file of a sweep is unknown or wrong, or its mission "
+                 "refuses a value of a factor", "vary: {controller.cruise_sped: [0.4, 0.8]}",
                  "use the suggested name, or a value that the mission accepts"),
     "E403": Code("map: pose graph", "graph.json, graph.npz or a g2o file is damaged, or of another "
                  "version", "", "save the map again, or use the kept `.bak`"),
