@@ -43,7 +43,7 @@ CLEAR = b"C"
 SUPPLY, SUPPLY_KIND = struct.Struct("=cdff"), b"S"
 """What the body gets: its kind, time on the loop's clock, volts and amperes of the supply."""
 
-RETRY, ENGAGES_WITHIN, DISARMS_WITHIN = 0.1, 1.0, 0.5
+RETRY, ENGAGES_WITHIN, DISARMS_WITHIN = 0.1, 3.0, 0.5
 """Seconds between two requests of a state; within which it must be reached, and otherwise: it is a
 fault; the axis is disarmed by Estop."""
 

@@ -90,7 +90,7 @@ def test_an_error_that_cannot_be_cleared_keeps_the_wheels_off(make):
     world.axes[1].fail(0x10)
     world.run(0.5)
     world.driver.receive(CLEAR)
-    world.run(2.0)
+    world.run(4.0)
     assert "node 1 does not enter closed loop control: IDLE, BAD_CONFIG" in world.feedback.problem
     assert world.speeds == [0.0, 0.0]
 
