@@ -10,7 +10,7 @@ from statistics import NormalDist
 from typing import Any
 
 from stack.errors import InputError
-from stack.telemetry.codec import field_codecs
+from stack.telemetry.codec import from_plain, plain_fields
 
 DIGITS = 6
 """Significant digits of a drawn value: enough for a run, and short enough to be typed again."""
@@ -108,8 +108,7 @@ class Factor:
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
-        codecs = field_codecs(Factor)
-        return {name: codec.encode(getattr(self, name)) for name, codec in codecs.items()}
+        return plain_fields(self)
 
     @classmethod
     def read(cls, plain: dict[str, Any]) -> Factor:
@@ -118,8 +117,7 @@ class Factor:
         Raises:
             LookupError, TypeError, MalformedError: they are not those of a factor.
         """
-        codecs = field_codecs(Factor)
-        return cls(**{name: codec.decode(plain[name]) for name, codec in codecs.items()})
+        return from_plain(cls, plain)
 
     def _text(self, number: float) -> str:
         shown = f"{number:.0f}" if self.whole else repr(number).removesuffix(".0")

@@ -8,7 +8,7 @@ from typing import Any
 
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import Factor
-from stack.telemetry.codec import field_codecs
+from stack.telemetry.codec import from_plain, plain_fields
 
 SUCCESS, FAILURE, TIME_LIMIT = "success", "failure", "time limit"
 CRASHED, HUNG, KILLED, REFUSED = "crashed", "hung", "killed", "refused"
@@ -83,8 +83,7 @@ class SweepRow:
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
-        codecs = field_codecs(SweepRow)
-        return {name: codec.encode(getattr(self, name)) for name, codec in codecs.items()}
+        return plain_fields(self)
 
     @classmethod
     def read(cls, plain: Mapping[str, Any]) -> SweepRow:
@@ -93,8 +92,7 @@ class SweepRow:
         Raises:
             LookupError, TypeError, MalformedError: they are not those of a row.
         """
-        codecs = field_codecs(SweepRow)
-        return cls(**{name: codec.decode(plain[name]) for name, codec in codecs.items()})
+        return from_plain(cls, plain)
 
     @classmethod
     def without_figures(

@@ -40,7 +40,7 @@ from stack.types import (
 VIA_RADIUS = 0.4
 """Distance within which a via pose is passed, m."""
 REPLAN_INTERVAL = 0.5
-"""Minimum time between two plan requests, s: a plan takes up to about as long."""
+"""Minimum time between two plan requests, s: a plan takes about as long at most."""
 OFF_PATH = 0.5
 """Distance to the path above which the robot replans, m."""
 

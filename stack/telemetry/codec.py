@@ -120,6 +120,25 @@ def field_codecs(kind: type) -> Mapping[str, Codec]:
     return {item.name: codec_of(hints[item.name]) for item in sent}
 
 
+def plain_fields(record: Any) -> dict[str, Any]:
+    """Return the fields of a record as JSON-compatible values, by name; it has no arrays."""
+    kind: Any = type(record)
+    codecs = field_codecs(kind).items()
+    return {name: codec.encode(getattr(record, name)) for name, codec in codecs}
+
+
+def from_plain(kind: type[T], plain: Mapping[str, Any]) -> T:
+    """Return a record of the values that `plain_fields` gave.
+
+    Raises:
+        LookupError, TypeError, MalformedError: they are not those of such a record.
+    """
+    made: Any = kind
+    codecs = field_codecs(made).items()
+    record: T = made(**{name: codec.decode(plain[name]) for name, codec in codecs})
+    return record
+
+
 def plain(value: Any) -> Any:
     """Convert a value to None, bool, int, float, str, lists and dicts with text keys.
 

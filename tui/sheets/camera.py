@@ -50,7 +50,7 @@ class CameraSheet(Sheet):
 def why_none(snapshot: Snapshot, *, replayed: bool) -> str:
     """Why there is no picture to show."""
     if replayed:
-        return "no picture was taken up to here"
+        return "no picture was taken before now"
     if not snapshot.cameras:
         return "this robot has no camera"
     if not any(camera.is_on for camera in snapshot.cameras):

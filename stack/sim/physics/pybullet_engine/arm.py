@@ -19,8 +19,8 @@ FINGER_FRICTION, SPINNING_FRICTION = 1.0, 0.01
 """Of the finger tips; Bullet multiplies it by that of what they hold."""
 
 STALE_TURN = 0.1
-"""Radians by which the hand turns before the contacts of its fingers are found anew. Bullet keeps a
-contact with its direction in the world for as long as its points stay together, and what is held
+"""Radians by which the hand turns before the contacts of its fingers are found again. Bullet keeps
+a contact with its direction in the world for as long as its points stay together, and what is held
 turns with the hand: old contacts would press from directions in which nothing is."""
 
 DEFAULT_GROUP, ALL_GROUPS = 1, -1
@@ -133,7 +133,7 @@ class BulletArm(PhysicsArm):
         )
 
     def refresh_contacts(self) -> None:
-        """Find the contacts of the fingers anew if the hand has turned; after physics steps."""
+        """Find the contacts of the fingers again if the hand has turned; after physics steps."""
         if not self._fingers:
             return
         turn = self._bullet.getLinkState(
