@@ -23,7 +23,10 @@ class RunOptions:
         origin: latitude and longitude of the map's origin, degrees: `48.1374,11.5755`; None: that
             of the world file.
         foxglove: port on the loopback device on which Foxglove can watch, or None.
-        parameters: `controller.cruise_speed` -> value as text; overrides all files.
+        parameters: `controller.cruise_speed` -> value as text; overrides all files. Those of faults
+            are `fault.NAME.share`, `fault.NAME.at`, `fault.NAME.for`.
+        faults: instead of those of mission and world: names of kinds or of files, joined by `+`;
+            `none`; None: those of mission and world.
         camera: "asked" renders an image only when the mission asks for one; "off" simulates a
             robot without a working camera; "on" renders all the time, for the recording.
         renderer: tiny | gl | auto, of all cameras; empty: the choice of the robot file.
@@ -65,6 +68,7 @@ class RunOptions:
     forget_kept: bool = False
     skip_preflight: bool = False
     identity: str = ""
+    faults: str | None = None
 
     def __post_init__(self) -> None:
         if self.out is not None:  # a plugin may change the working directory

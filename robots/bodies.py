@@ -18,6 +18,7 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.fast_loop.driver import Lack, driver_class
 from stack.parameters import build, suggestion
+from stack.sim.faults.planned import PlannedFault
 from stack.sim.worlds.world import World
 from stack.types import Observation, Pose2D
 
@@ -39,6 +40,7 @@ class BodySetup:
         pace: simulated seconds per wall second; 0: as fast as possible.
         tell: writes a line to the log and for people.
         interrupted: whether the user has given up waiting for the robot.
+        faults: that befall a simulated robot.
     """
 
     robot: RobotDescription
@@ -48,6 +50,7 @@ class BodySetup:
     pace: float = 0.0
     tell: Callable[[str], None] = lambda line: None
     interrupted: Callable[[], bool] = lambda: False
+    faults: tuple[PlannedFault, ...] = ()
 
 
 MakeBody = Callable[[BodySetup], Body]
@@ -98,7 +101,9 @@ class Simulated(BodyKind):
         """Make the body, with a simulation of its own."""
         from robots.simulated import SimulatedBody
 
-        body = SimulatedBody(setup.robot, setup.world, start=setup.start, seed=setup.seed)
+        body = SimulatedBody(
+            setup.robot, setup.world, start=setup.start, seed=setup.seed, faults=setup.faults
+        )
         body.pace = setup.pace
         return body
 
@@ -225,8 +230,9 @@ def sharing(simulation: Simulation) -> MakeBody:
         from robots.simulated import SimulatedBody
 
         return SimulatedBody(
-            setup.robot, setup.world, start=setup.start, seed=setup.seed, simulation=simulation
-        )
+            setup.robot, setup.world, start=setup.start, seed=setup.seed, simulation=simulation,
+            faults=setup.faults,
+        )  # fmt: skip
 
     return make
 

@@ -13,21 +13,26 @@ with any subset of sensors in use.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from stack.body import (
+    HEALTHY,
+    LINK,
     BlockPose,
     Body,
     BodyCommand,
+    BodyHealth,
     ContactTally,
     DisturbedWorld,
     GroundTruth,
     SimulatedWorld,
     SimulationEvent,
 )
-from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.description import CAMERA, RobotDescription
 from stack.sim.disturbances import disturb
-from stack.sim.simulated_robot import CAMERA
+from stack.sim.faults.planned import PlannedFault
+from stack.sim.faults.schedule import FaultSchedule
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
 from stack.types import Disturbance, FloatArray, Observation, Pose2D
@@ -45,14 +50,15 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
         start: pose of the base frame, world frame.
         seed: of every random stream.
         simulation: of this world, shared with other robots; None: one of its own.
+        faults: of this robot, and of its world.
 
     Raises:
         BodyError: the robot's URDF cannot be read.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - the optional ones by keyword
         self, description: RobotDescription, world: World, *, start: Pose2D, seed: int,
-        simulation: Simulation | None = None,
+        simulation: Simulation | None = None, faults: Sequence[PlannedFault] = (),
     ) -> None:  # fmt: skip
         self._simulation, self._owns_it = simulation or Simulation(world), not simulation
         try:
@@ -61,6 +67,12 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
             if simulation is None:
                 self._simulation.close()
             raise
+        self._faults = FaultSchedule(faults, self._simulation, self._robot)
+
+    def reset(self, seed: int, faults: Sequence[PlannedFault] = ()) -> None:
+        """Begin the next run, as `Simulation.reset` does, with these faults."""
+        self._simulation.reset(seed)
+        self._faults.restart(faults)
 
     @property
     def description(self) -> RobotDescription:
@@ -75,13 +87,16 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
     def sense(self) -> Observation:
         """Return the measurements since the last call: newest scan and picture, all IMU samples."""
         self._simulation.begin()
-        return self._robot.observation(self.time)
+        self._faults.update()
+        return self._faults.applied(self._robot.observation(self.time))
 
     def command(self, command: BodyCommand) -> None:
         """Command a velocity; `wait` applies ramps, limits and the dead-man stop.
 
         Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
         """
+        if self._robot.link:
+            return
         self._robot.drive.command(command.twist, command.emergency_stop)
         if self._robot.arm is not None:
             self._robot.arm.command(command)
@@ -91,6 +106,13 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
                 request = self._simulation.render_request(self._robot)
                 described, actual = self._robot.camera_now(name)
                 camera.expose(self.time, replace(request, camera=actual), described)
+
+    @property
+    def health(self) -> BodyHealth:
+        """Healthy, unless a fault of the link is noticed."""
+        if self._robot.link != "noticed":
+            return HEALTHY
+        return BodyHealth("it does not get commands", LINK)
 
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.
@@ -171,6 +193,10 @@ class SimulatedBody(Body, SimulatedWorld, DisturbedWorld):
     def disturb(self, disturbance: Disturbance) -> None:
         """Drop a box, move a door, push or lift the robot, silence a sensor, set the charge."""
         disturb(self._simulation, self._robot, disturbance)
+
+    def take_settings(self) -> dict[str, float | None]:
+        """Return the live parameters that faults of this step set; None: back to the run's own."""
+        return self._faults.take_settings()
 
     @property
     def pace(self) -> float:

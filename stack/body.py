@@ -205,7 +205,8 @@ class SimulationEvent(NamedTuple):
     """What happened in a simulated world.
 
     Attributes:
-        kind: `contact`, `door`, `box`, `sensor_silenced`, `pushed`, `lifted` or `battery`.
+        kind: `contact`, `door`, `box`, `sensor_silenced`, `pushed`, `lifted`, `battery`, `fault`
+            or `fault_end`.
         text: for people.
         fields: for programs. Of a contact: `touched`, the name of what the robot touched;
             `is_person`, whether that is a person of the world; `at`, x and y, metres.
@@ -264,6 +265,14 @@ class DisturbedWorld(ABC):
 
         Raises:
             InputError: there is no such door or sensor, or no room for it.
+        """
+
+    @abstractmethod
+    def take_settings(self) -> Mapping[str, float | None]:
+        """Return live parameters that faults have changed since the last call, by full name.
+
+        None: the value that it had at the begin. They are for what a simulation cannot slow down
+        itself: results are used at fixed times, however busy the computer is.
         """
 
 

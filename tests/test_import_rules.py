@@ -100,7 +100,7 @@ MAY_IMPORT = {
     "missions.map_picture": {"stack.errors", "stack.types"},
     "missions.language": {  # the file of a node kind holds its node of the tree
         "missions.trees", "behaviours", "stack.documents", "stack.drivetrain.needs",
-        "stack.telemetry", *BEHAVIOUR_API,
+        "stack.sim.faults.planned", "stack.telemetry", *BEHAVIOUR_API,
     },
     "missions.trees": {
         "missions.language", "behaviours", "stack.documents", "stack.telemetry", *BEHAVIOUR_API,

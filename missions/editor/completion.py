@@ -289,6 +289,14 @@ def _component_kinds(reading: Reading, word: Word) -> Iterator[Candidate]:
     return (Candidate(kind, "keyword", key=True) for kind in NAVIGATION_KINDS)
 
 
+def _faults(reading: Reading, word: Word) -> Iterator[Candidate]:
+    from stack.sim.faults.registry import fault_kind, fault_names, summary_of
+
+    for name in fault_names():
+        yield Candidate(name, "keyword", summary_of(fault_kind(name)), key=True)
+    yield from _keys(SECTIONS["fault"])
+
+
 def _file_stems(files: Iterable[Path]) -> Iterator[Candidate]:
     return (_word(file.stem) for file in files)
 
@@ -303,5 +311,5 @@ _PROVIDERS: dict[WordRole, Callable[[Reading, Word], Iterable[Candidate]]] = {
     WordRole.TARGET: _targets, WordRole.KEY: _written, WordRole.TREE: _trees,
     WordRole.TYPE: _types, WordRole.PLACE: _places, WordRole.FILE: _files,
     WordRole.COMPONENT: _components, WordRole.ARGUMENT: _arguments, WordRole.CHANGE: _changes,
-    WordRole.EXPECTATION: _expectations,
+    WordRole.EXPECTATION: _expectations, WordRole.FAULT: _faults,
 }  # fmt: skip

@@ -69,12 +69,15 @@ def definition(reading: Reading, word: Word, text: str) -> Mark | None:
 
 
 def parameters_of(owner: str) -> dict[str, Declaration]:
-    """Return the parameters of a component (`planner astar`) or of the settings of a kind."""
+    """Return the parameters of a component (`planner astar`), of settings, or of a fault."""
     from missions.execution.component_choices import SETTINGS
+    from stack.sim.faults.registry import fault_kind, fault_names
 
     kind, _, name = owner.partition(" ")
     if kind in SETTINGS:
         return declarations(SETTINGS[kind])
+    if owner in fault_names():
+        return declarations(fault_kind(owner).Parameters)
     if kind not in DEFAULTS:
         return {}
     try:
@@ -240,5 +243,6 @@ _EXPLAIN: dict[WordRole, Callable[[Reading, Word, str], str]] = {
     WordRole.KEY: _name_text, WordRole.PLACE: _name_text, WordRole.ARGUMENT: _name_text,
     WordRole.DECLARED: _declared_here, WordRole.TYPE: _type, WordRole.COMPONENT: _component,
     WordRole.PARAMETER: _parameter, WordRole.WORLD: _shipped, WordRole.ROBOT: _shipped,
+    WordRole.FAULT: _shipped,
     WordRole.NODE_NAME: _node_name,
 }  # fmt: skip

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from behaviours.catalogue import plugin_sources
 from missions.execution.component_choices import choices_of
+from missions.execution.faults import component_parameters, faults_of
 from missions.execution.fit import (
     component_findings,
     fit_findings,
@@ -55,6 +56,7 @@ from stack.documents import Finding, Findings, Mark, read_text
 from stack.documents.files import decoded, noting_inputs, read_input
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
+from stack.sim.faults.planned import PlannedFault
 from stack.sim.worlds.world import World
 from stack.types import Marker, Pose2D
 
@@ -77,6 +79,7 @@ class PreparedMission:
         recording: what a replayed robot plays; None for a robot that drives.
         markers: those that the robot knows, map frame; in a simulation others may stand there.
         read: the files that were read for it, absolute.
+        faults: that befall the robot.
     """
 
     mission: Mission
@@ -90,6 +93,7 @@ class PreparedMission:
     recording: Recording | None = None
     markers: tuple[Marker, ...] = ()
     read: tuple[Path, ...] = ()
+    faults: tuple[PlannedFault, ...] = ()
 
     @property
     def is_mapped(self) -> bool:
@@ -177,16 +181,20 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     marks = Marks(mission, read_text(text, str(path), "mission"))
     scene = scene_of(marks, options, files)
     _check_scene(scene, marks, options, found)
-    choices = choices_of(mission, scene.robot, options.parameters or {}, found)
+    choices = choices_of(mission, scene.robot, component_parameters(options.parameters), found)
     belief = _belief(mission, scene.start)
     _check_components(choices, scene, marks, belief, found)
     _check_installation(choices, scene, marks, options, found)
     choices = _with_files(choices, scene, marks, found)
     markers = _gather(found, lambda: known_markers(mission, scene.world)) or ()
     _gather(found, lambda: check_markers(choices, marks, scene.robot))
+    of_faults = marks.of("faults")
+    faults = _gather(
+        found, lambda: faults_of(mission, scene.world, scene.robot, options, of_faults)
+    )
     plan = PreparedMission(
         mission, scene.robot, scene.world, scene.start, belief, choices, text,
-        tuple(found.warnings), scene.recording, markers,
+        tuple(found.warnings), scene.recording, markers, faults=faults or (),
     )  # fmt: skip
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()
@@ -301,7 +309,7 @@ def _goal_errors(mission: Mission, options: RunOptions, files: SceneFiles) -> li
         return [*behaviour_needs(mission, robot), *arm_findings(mission, robot, world)]
     found = fit_findings(mission, world, robot, start)
     try:
-        choices = choices_of(mission, robot, options.parameters or {}, Findings())
+        choices = choices_of(mission, robot, component_parameters(options.parameters), Findings())
         areas = keepout_areas(_layers(choices, folder))
     except InputError:
         areas = ()  # among the mission's own errors

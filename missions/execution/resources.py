@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -23,6 +23,7 @@ from stack.errors import InputError
 from stack.mapping.limits import FARTHEST
 from stack.mapping.marker_maps import MARKERS_YAML, read_marker_map
 from stack.parameters import did_you_mean, nearest
+from stack.sim.faults.planned import PlannedFault
 from stack.sim.import_world import GAZEBO, read_any_world
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import find_world
@@ -192,7 +193,16 @@ def resources(world: str | None = None, files: SceneFiles | None = None) -> Reso
         plugged_components=plugged_components,
         nav2_components=_nav2_components,
         accepted_parameters=accepted_parameters,
+        faults=_read_faults,
     )
+
+
+def _read_faults(
+    nodes: Sequence[Node], findings: Findings, places: Mapping[str, Pose2D]
+) -> tuple[PlannedFault, ...]:
+    from stack.sim.faults.reading import read_faults  # few missions have faults
+
+    return read_faults(nodes, findings, places)
 
 
 def catalogue_of(plugins: list[Node], folder: Path, findings: Findings) -> Catalogue:

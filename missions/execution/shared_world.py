@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
+from missions.execution.faults import changes_world
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
@@ -151,8 +152,14 @@ def _check_bodies(plans: Sequence[PreparedMission], options: RunOptions) -> None
 
 
 def _check_world(plans: Sequence[PreparedMission]) -> None:
-    """Raise InputError unless all missions are in one world."""
+    """Raise InputError unless all missions are in one world, as its file has it."""
     first = plans[0]
+    for plan in plans:
+        if changes_world(plan.faults):
+            raise InputError(
+                f"{plan.mission.source.name} has a fault that changes the world;"
+                " robots that run together share it: run them one by one"
+            )
     for plan in plans[1:]:
         if (plan.world.source, plan.world.name) != (first.world.source, first.world.name):
             raise InputError(

@@ -49,6 +49,12 @@ FILE_CODES: dict[str, Code] = {
                  "<world><model></world>", "close all elements"),
     "W208": Code("world: not supported", "an element of a Gazebo world is ignored or replaced",
                  "<plugin filename='fog.so'/>", "none needed if the element does not matter"),
+    "E210": Code("fault", "a fault is one kind with its numbers, and `at` and `for`; a kind, a "
+                 "number or a place is unknown or wrong", "faults: [{lidar_dropuot: {share: 0.4}}]",
+                 "use the suggested name; `treepilot list faults` and `treepilot describe NAME`"),
+    "E211": Code("fault: does not fit", "the robot or the world has nothing for a fault: no such "
+                 "sensor, wheel or door, or no simulation", "faults: [depth_holes]  # no depth "
+                 "camera", "remove it, or use another robot or world"),
     "E301": Code("robot: key or value", "a key is unknown or missing, or its value has a wrong "
                  "type, unit or range", "limits: {linear_speed: fast}",
                  "use the suggested key or value"),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import SETTINGS
+from missions.execution.faults import fault_files
 from missions.execution.plugin_components import plugged_components
 from missions.execution.resources import (
     find_mission,
@@ -41,6 +43,8 @@ from stack.documents import read_file
 from stack.drivetrain.needs import needs_text
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
+from stack.sim.faults.fault import BEFORE, LASTING, NOW
+from stack.sim.faults.registry import fault_kind, fault_names, summary_of
 
 COMPONENTS = {
     "planners": "planner",
@@ -109,6 +113,9 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
         return [
             (name, _first_line(component(component_kind, where))) for name, where in found.items()
         ]
+    if kind == "faults":
+        kinds = [(name, summary_of(fault_kind(name))) for name in fault_names()]
+        return [*kinds, *((name, _file_summary(file)) for name, file in fault_files().items())]
     files = world_files() if kind == "worlds" else mission_files()
     return [(file.stem, _file_summary(file)) for file in files]
 
@@ -125,7 +132,9 @@ def description_of(name: str, known: Installed, *, expert: bool = False) -> str:
     """
     if is_file_name(name):
         return file_description(name)
-    found = [*_words(name, known), *_components(name, known, expert), *_shipped(name)]
+    found = [
+        *_words(name, known), *_components(name, known, expert), *_faults(name), *_shipped(name)
+    ]  # fmt: skip
     if len(found) == 1:
         return found[0][1]
     if found:
@@ -158,10 +167,27 @@ def _components(name: str, known: Installed, expert: bool) -> Iterator[tuple[str
         fields = declarations(SETTINGS[name]).values()
         heading = f"{name}: {(SETTINGS[name].__doc__ or '').strip()}"
         yield "settings", _lines(heading, parameter_table(fields, expert=expert), list_hint(name))
+    if name == "faults":
+        rows = aligned(name, rows_of(name, known))
+        yield "faults", f"{rows}\nnumbers of one: treepilot describe NAME"
     for words, kind in COMPONENTS.items():
         if name in (words, kind):
             rows = aligned(words, rows_of(words, known))
             yield "kind of component", f"{rows}\nparameters of one: treepilot describe NAME"
+
+
+def _faults(name: str) -> Iterator[tuple[str, str]]:
+    """Yield the kind of fault, or the shipped file of faults, with a name; and the list of all."""
+    if name in fault_names():
+        kind = fault_kind(name)
+        timing = {
+            LASTING: "", NOW: "happens in one moment: no `for`",
+            BEFORE: "is there before the run: neither `at` nor `for`",
+        }[kind.kind]  # fmt: skip
+        parameters = parameter_table(declarations(kind.Parameters).values(), expert=True)
+        yield "fault", _lines(f"{name}: {cleandoc(kind.__doc__ or '')}", timing, parameters)
+    if name in fault_files():
+        yield "file of faults", fault_files()[name].read_text("utf-8").rstrip()
 
 
 def _shipped(name: str) -> Iterator[tuple[str, str]]:
@@ -194,6 +220,8 @@ def _unknown(name: str, known: Installed) -> InputError:
         *MODIFIERS,
         *SETTINGS,
         *robot_names(),
+        *fault_names(),
+        *fault_files(),
         *(file.stem for file in (*world_files(), *mission_files())),
     ]
     parameters = owners_of(name, known.components)
@@ -201,7 +229,7 @@ def _unknown(name: str, known: Installed) -> InputError:
         many = " or ".join(f"`treepilot describe {item}`" for item in parameters[:3])
         return InputError(f"{name} is a parameter; use {many}")
     return InputError(
-        f"no behaviour, node, component, robot, world or mission is called {name!r}; "
+        f"no behaviour, node, component, fault, robot, world or mission is called {name!r}; "
         f"{suggestion(name, names)}"
     )
 

@@ -91,6 +91,7 @@ HOLD = Declaration("hold", float, unit="s", default=0.0, at_least=0.0)
 AGAIN = Declaration("again", float, unit="s", above=0.0)
 TAKES = Declaration("takes", float, unit="s", at_least=0.0)
 WITHIN = Declaration("within", float, unit="s", above=0.0)
+LASTS = Declaration("for", float, unit="s", above=0.0)
 AFTER = Declaration("after", float, unit="s", default=10.0, at_least=0.0)
 INVERT = Declaration("invert", bool, default=False)
 OPTIONAL = Declaration("optional", bool, default=False)
@@ -138,6 +139,8 @@ MISSION = section(
         section="blackboard key"),
     Key("events", "Conditions checked on every tick in this order; a triggered event pre-empts "
         "`run`.", Form.NAMED_LIST, section="event"),
+    Key("faults", "Faults that befall the simulated robot: `- lidar_dropout: {share: 0.4}`, with "
+        "`at` and `for`; `treepilot list faults`.", Form.LIST, section="fault"),
     Key("run", "The behaviour tree of the mission.", Form.NODE, required=True),
     Key("trees", "Subtrees for `use`, with inputs (`in`) and outputs (`out`).", Form.NAMED,
         section="tree"),
@@ -146,7 +149,7 @@ MISSION = section(
 )  # fmt: skip
 """Keys at the top of a mission file."""
 
-RESERVED = ("mapping", "sensors", "perception", "faults")
+RESERVED = ("mapping", "sensors", "perception")
 """Words at the top of a mission file that later versions will support."""
 
 TREE_FILE = section(*(MISSION[word] for word in ("include", "format", "doc", "places", "trees")))
@@ -214,6 +217,13 @@ EVENT = section(
     Key("do", "the node to run, until it ends", Form.NODE, required=True),
     Key("then", "`resume` (default) continues the mission where it was, `restart` starts `run` "
         "again, `abort` ends the mission as failed", Form.WORD, words=THEN_WORDS),
+)  # fmt: skip
+
+FAULT = section(
+    Key("at", "when it begins: a time, or `{time, near, within, per_minute}`: `near` is a place or "
+        "`[x, y]`, `within` the distance to it, `per_minute` the probability that it begins within "
+        "a minute, again and again; default: 0 s", Form.ANY),
+    Key("for", "how long it lasts; default: to the end", Form.LITERAL, declared=LASTS),
 )  # fmt: skip
 
 RETRY = section(

@@ -10,7 +10,8 @@ from typing import Any
 from missions.language.case_model import Case
 from missions.language.expressions.scope import Symbol
 from missions.language.step import Event, Step, Tree
-from stack.documents import Finding, Mark
+from stack.documents import Finding, Findings, Mark, Node
+from stack.sim.faults.planned import PlannedFault
 from stack.types import Pose2D
 
 
@@ -37,6 +38,7 @@ class Resources:
             mission's folder) -> its components by kind, and warnings.
         accepted_parameters: (kind, name, raw parameters) -> those that the component has too.
         navigation_kinds: the keys under `navigation`.
+        faults: (entries of `faults`, findings, places) -> the faults.
     """
 
     world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, folder: {}
@@ -54,6 +56,9 @@ class Resources:
         lambda kind, name, values: values
     )
     navigation_kinds: Sequence[str] = ()
+    faults: Callable[[Sequence[Node], Findings, Mapping[str, Pose2D]], tuple[PlannedFault, ...]] = (
+        lambda nodes, findings, places: ()
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +120,7 @@ class Mission:
         includes: included files, directly or indirectly.
         parameter_files: as written, already merged into `components`.
         warnings: warnings of the checks.
+        faults: of its robot, when it is simulated.
     """
 
     name: str
@@ -139,3 +145,4 @@ class Mission:
     warnings: tuple[Finding, ...] = ()
     replay: Replay | None = None
     markers: str = ""
+    faults: tuple[PlannedFault, ...] = ()

@@ -11,7 +11,7 @@ from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.resources import MISSIONS
 from missions.sweeps.design import BY_SCIPY
 from missions.sweeps.factors import NORMAL, Factor
-from missions.sweeps.sweep import ROBOT, START, WORLD, Sweep, check_runs
+from missions.sweeps.sweep import FAULTS, ROBOT, START, WORLD, Sweep, check_runs
 from robots.bodies import body_kind
 from stack.errors import InputError
 from stack.optional_packages import SCIPY
@@ -80,7 +80,7 @@ def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[st
 def _check_name(factor: Factor, plan: PreparedMission) -> None:
     """Raise InputError for a name that is neither an argument nor that of a component."""
     name = factor.name
-    known = [*plan.mission.arguments, WORLD, ROBOT, START]
+    known = [*plan.mission.arguments, WORLD, ROBOT, START, FAULTS]
     if "." not in name and name not in known:
         raise InputError(
             f"the mission {plan.mission.source.name} has no argument {name!r}",

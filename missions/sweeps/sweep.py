@@ -16,7 +16,7 @@ from missions.sweeps.factors import Factor, listed
 from stack.errors import InputError
 from stack.telemetry.codec import field_codecs
 
-WORLD, ROBOT, START = "world", "robot", "start"
+WORLD, ROBOT, START, FAULTS = "world", "robot", "start", "faults"
 
 ALL, FAILURES, NONE = "all", "failures", "none"
 KEEP = (ALL, FAILURES, NONE)
@@ -37,7 +37,7 @@ class Sweep:
         factors: what varies.
         seed: of the first run.
         arguments: of the mission, and parameters: of its components, the same for all runs.
-        robot, world, start: as options of a run; None: the mission's.
+        robot, world, start, faults: as options of a run; None: the mission's.
         time_limit: simulated seconds.
         keep: all | failures | none.
     """
@@ -52,6 +52,7 @@ class Sweep:
     robot: str | None = None
     world: str | None = None
     start: str | None = None
+    faults: str | None = None
     time_limit: float = TIME_LIMIT
     keep: str = FAILURES
 
@@ -68,7 +69,7 @@ class Sweep:
     def options(self, settings: Mapping[str, str], seed: int) -> RunOptions:
         """Return the options of a run: as those of `treepilot run`."""
         named = {name: settings.get(name, given) for name, given in (
-            (WORLD, self.world), (ROBOT, self.robot), (START, self.start)
+            (WORLD, self.world), (ROBOT, self.robot), (START, self.start), (FAULTS, self.faults)
         )}  # fmt: skip
         start = named[START]
         rest = {name: text for name, text in settings.items() if name not in named}
@@ -76,7 +77,8 @@ class Sweep:
         plain = {name: text for name, text in rest.items() if "." not in name}
         return RunOptions(
             seed=seed, serve=False, forget_kept=True, robot=named[ROBOT], world=named[WORLD],
-            start=start and start.strip("[]"), arguments={**self.arguments, **plain},
+            start=start and start.strip("[]"), faults=named[FAULTS],
+            arguments={**self.arguments, **plain},
             parameters={**self.parameters, **dotted},
         )  # fmt: skip
 

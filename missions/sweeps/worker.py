@@ -39,6 +39,7 @@ from robots.simulated import SimulatedBody
 from stack.body import Body
 from stack.errors import InputError, exception_sentence, traceback_text
 from stack.sim.simulation import Simulation
+from stack.sim.worlds.world import World
 
 PLANS = 32
 """Prepared missions that a process keeps."""
@@ -188,6 +189,7 @@ class SharedSimulation:
         self._scene: tuple[Any, ...] | None = None
         self._simulation: Simulation | None = None
         self._body: SimulatedBody | None = None
+        self._world: World | None = None  # that of a run may be one of its own (faults)
 
     def body_of(self, plan: PreparedMission, options: RunOptions) -> MakeBody:
         """Return what makes the body of a run. The plan's robot and world follow from the options.
@@ -200,16 +202,17 @@ class SharedSimulation:
         )  # fmt: skip
 
         def make(setup: BodySetup) -> Body:
-            if self._body is None or self._simulation is None or self._scene != scene:
+            is_other = self._scene != scene or self._world is not setup.world
+            if self._body is None or is_other:
                 self.close()
                 self._simulation = Simulation(setup.world)
                 self._body = SimulatedBody(
                     setup.robot, setup.world, start=setup.start, seed=setup.seed,
-                    simulation=self._simulation,
+                    simulation=self._simulation, faults=setup.faults,
                 )  # fmt: skip
-                self._scene = scene
+                self._scene, self._world = scene, setup.world
             else:
-                self._simulation.reset(setup.seed)
+                self._body.reset(setup.seed, setup.faults)
             return self._body
 
         return make
@@ -218,7 +221,7 @@ class SharedSimulation:
         """Close the simulation. Safe to call twice."""
         if self._simulation is not None:
             self._simulation.close()
-        self._simulation = self._body = self._scene = None
+        self._simulation = self._body = self._scene = self._world = None
 
 
 class _Watch(RunWatch):

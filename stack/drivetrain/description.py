@@ -30,6 +30,9 @@ TOUCH = 1e-6
 BASE = "base"
 """Name of the base frame."""
 
+CAMERA = "camera"
+"""Name of the colour camera."""
+
 SCAN_SUFFIX = "_scan"
 """Added to the name of a depth camera for its virtual scan."""
 

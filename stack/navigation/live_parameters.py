@@ -75,6 +75,16 @@ class LiveParameters:
         value = _changed(self._tunables, name, raw)
         self._emit("parameter", f"{name} is now {value}", name=name, value=str(value))
 
+    def follow(self, settings: Mapping[str, Any]) -> None:
+        """Set parameters by full name; None: the value that it had at the begin.
+
+        Raises:
+            ParameterError: as `change`.
+        """
+        for name, value in settings.items():
+            begin = next((it.start for it in self.table.parameters if it.name == name), None)
+            self.change(name, begin if value is None else value)
+
 
 def _changed(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
     """Set a parameter; return the value as read."""

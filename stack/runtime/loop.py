@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stack.body import AcceptsEstimate, BodyCommand, Replay, SimulatedWorld
+from stack.body import AcceptsEstimate, BodyCommand, DisturbedWorld, Replay, SimulatedWorld
 from stack.costmap.costmap import Costmap
 from stack.navigation.motion_stage import WantedTwist
 from stack.runtime.arm_display import ArmDisplay
@@ -118,6 +118,8 @@ class Runtime:
             self._commands.apply_all()
         with measure("sense"):
             observation = self.sensing.sense(last.motion.pose)
+        if isinstance(p.body, DisturbedWorld):
+            p.live_parameters.follow(p.body.take_settings())
         with measure("estimate"):
             motion = p.perceiver.move(observation)
             observation = self.sensing.deskewed(observation)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 from stack.body import ContactTally, GroundTruth, SimulationEvent
 from stack.drivetrain.description import (
     BASE,
+    CAMERA,
     CameraDescription,
     DepthCameraDescription,
     RobotDescription,
@@ -21,6 +22,7 @@ from stack.errors import InputError
 from stack.frames.links import RobotLinks
 from stack.sim.arm import SimulatedArm
 from stack.sim.battery import Battery
+from stack.sim.faulty_wheels import FaultyWheels
 from stack.sim.physics.contacts import ContactCounter, depths, is_driving
 from stack.sim.physics.engine import PhysicsEngine, PhysicsRobot, Touch
 from stack.sim.physics.friction import FrictionZones
@@ -37,9 +39,6 @@ from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import Push, World
 from stack.types import CameraModel, Measurement, Observation, Pose2D
-
-CAMERA = "camera"
-"""Name of the colour camera."""
 
 CLEARANCE_REACH = 1.0
 """Largest clearance that is measured, metres."""
@@ -75,6 +74,7 @@ class SimulatedRobot:
         due: physics step up to which the robot lets time pass.
         wants_freeze: whether the robot asks for time to stand.
         radius: distance from the base to the farthest corner, metres.
+        link: empty if commands arrive; `lost`: they do not; `noticed`: and the robot says so.
     """
 
     def __init__(
@@ -135,6 +135,7 @@ class SimulatedRobot:
         self._wheel_motion = wheel_motion_of(self._actual, self.physics, seed)
         self._named: set[str] = set()
         self._silenced: set[str] = set()
+        self.link = ""
         for camera in self.cameras.values():
             camera.restart()
 
@@ -341,6 +342,22 @@ class SimulatedRobot:
         physics.set_wheel_torques(*motion.motor_torques(torques))
         if steering := self.drive.wheels.steering:
             physics.steer(steering)
+
+    def impair_wheels(self, wheels: Mapping[int, float], *, grip: bool) -> None:
+        """Give driven wheels this share of their power, or of their grip on the floor, from now on.
+
+        Args:
+            wheels: share by number of the wheel, in the order of the drivetrain's joints.
+            grip: whether it is that of the grip.
+        """
+        if not isinstance(self._wheel_motion, FaultyWheels):
+            self._wheel_motion = FaultyWheels(self._wheel_motion, self.physics)
+        self._encoder_angles()  # what was turned so far had the shares before
+        shares = self._wheel_motion.grip if grip else self._wheel_motion.power
+        for wheel, share in wheels.items():
+            shares[wheel] = share
+        if self._push is None:
+            self._set_wheels()
 
     def _set_wheels(self) -> None:
         if self.drive.controls_torques:

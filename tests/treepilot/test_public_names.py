@@ -43,7 +43,7 @@ NAMES_FOR_TESTS = """
     make_behaviour pause scans_of tick
 """
 
-INTERNAL = {"Declaration", "RunHandle", "World"}
+INTERNAL = {"PlannedFault", "Declaration", "RunHandle", "World"}
 """Of signatures; a plugin only passes them on."""
 
 

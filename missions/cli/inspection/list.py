@@ -24,13 +24,14 @@ class Kind(StrEnum):
     ESTIMATORS = "estimators"
     ODOMETRY = "odometry"
     LAYERS = "layers"
+    FAULTS = "faults"
 
 
 def list_(
     kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"one of: {', '.join(Kind)}")],
     mission: PluginsOf = None,
 ) -> None:
-    """List behaviours, nodes, robots, worlds or components.
+    """List behaviours, nodes, robots, worlds, components or faults.
 
     \b
     treepilot list behaviours

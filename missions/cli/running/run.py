@@ -87,6 +87,14 @@ def run(  # noqa: PLR0913 - each is an option of the command
     start: Annotated[
         str | None, typer.Option(metavar="X,Y,HEADING", help="start elsewhere: a pose or a place")
     ] = None,
+    faults: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="faults of the simulated robot instead of the mission's: a file, or names joined"
+            " by +, such as lidar_dropout+push; none; `treepilot list faults`",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -240,7 +248,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         body=body, replay=replay,
         record=tuple(item.value for item in record or ()),
         on_lost_records=on_lost_records.value, forget_kept=forget_kept,
-        skip_preflight=skip_preflight,
+        skip_preflight=skip_preflight, faults=faults,
     )  # fmt: skip
     launched = LaunchOptions(
         tuple(missions), options, headless=without_dashboard, json=json, speed=speed,

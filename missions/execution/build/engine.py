@@ -12,6 +12,7 @@ from missions.execution.build.detour import detour_maker
 from missions.execution.build.driving import DrivingInput, driving_of, place_of
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import landmarks_of, map_of
+from missions.execution.faults import world_of
 from missions.execution.fit.arms import boxes_of, others_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
@@ -129,8 +130,9 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     log = folder.log if folder is not None else discard
+    world = world_of(plan.world, plan.faults, plan.robot, plan.start, options.seed)
     setup = BodySetup(
-        plan.robot, plan.world, plan.start, options.seed, options.speed, tell, interrupted
+        plan.robot, world, plan.start, options.seed, options.speed, tell, interrupted, plan.faults
     )
     body = _body(plan, options, setup, make_body, emitter(telemetry, "body"))
     announce_warnings(plan, telemetry)
@@ -164,7 +166,7 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
     scorer = (
         None
         if simulation is None
-        else SimulationScorer(simulation, plan.world, plan.robot.footprint, lambda: body.time)
+        else SimulationScorer(simulation, world, plan.robot.footprint, lambda: body.time)
     )
     sensor_log = _sensor_log(plan, options, folder)
     tuned = {**driving.tunables, **_tunables(failsafes, perceiver, coloured)}

@@ -40,7 +40,7 @@ KEPT_COPY = "kept.json"
 
 CHOSEN = (
     "seed", "arguments", "robot", "world", "start", "camera", "renderer", "parameters",
-    "breakpoints", "forced", "body", "replay",
+    "breakpoints", "forced", "body", "replay", "faults",
 )  # fmt: skip
 """The options of a run on which its result depends."""
 
@@ -144,7 +144,15 @@ class _Copies:
                 known = file in self.files or (file.is_dir() and name == "replay")
                 is_copy = known and not _is_shipped(file)
                 chosen[name] = f"{COPIES}/{self.name_of(file)}" if is_copy else str(chosen[name])
+        parts = (chosen["faults"] or "").split("+")
+        if any("/" in part for part in parts):
+            chosen["faults"] = "+".join(map(self._fault, parts))
         return chosen
+
+    def _fault(self, name: str) -> str:
+        """A fault; a file of faults by its place among the copies."""
+        file = _resolved(Path(name.strip()))
+        return f"{COPIES}/{self.name_of(file)}" if file in self.files else name
 
 
 def _is_shipped(file: Path) -> bool:
@@ -262,6 +270,8 @@ def _read_options(folder: Path, chosen: Mapping[str, Any]) -> RunOptions:
         value = values.get(name)
         if isinstance(value, str) and value.startswith(f"{COPIES}/"):
             values[name] = str(folder.absolute() / value)
+    copied = (values.get("faults") or "").replace(f"{COPIES}/", f"{folder.absolute()}/{COPIES}/")
+    values["faults"] = copied or values.get("faults")
     options = RunOptions(**values)
     played = values.get("replay")
     return replace(

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from missions.language.component_layers import layered
 from missions.language.expressions.scope import Symbol
-from missions.language.keys import MISSION, RESERVED
+from missions.language.keys import FAULT, MISSION, RESERVED
 from missions.language.model import Component, Replay, Resources
 from missions.language.reading.include import BESIDE
 from missions.language.reading.port_expressions import reference_name
@@ -20,6 +20,7 @@ from stack.documents import Findings, Mark, Node, Section, read_file, require_ki
 from stack.documents.file_kinds import PARAMETERS
 from stack.errors import InputError, ParameterError
 from stack.parameters import Declaration, suggestion
+from stack.sim.faults.planned import PlannedFault
 from stack.types import Pose2D
 
 FORMAT = 1
@@ -151,6 +152,22 @@ class HeaderReader:
             self.findings.add("E106", node.mark, str(error), error.hint)
             return None
         return read
+
+    def faults(self, places: Mapping[str, Symbol]) -> tuple[PlannedFault, ...]:
+        """Return the faults that the mission declares."""
+        nodes = self.top.sequence("faults")
+        for node in nodes:
+            if not node.is_mapping:
+                self.words.add(node, WordRole.FAULT)
+            for key, value in node.entries:
+                is_kind = key.value not in FAULT
+                self.words.add(
+                    key, WordRole.FAULT if is_kind else WordRole.SECTION_KEY, owner="fault"
+                )
+                for name, _ in value.entries if is_kind else ():
+                    self.words.add(name, WordRole.PARAMETER, owner=str(key.value))
+        poses = {name: symbol.value for name, symbol in places.items()}
+        return self.resources.faults(nodes, self.findings, poses) if nodes else ()
 
     def texts(self, key: str) -> list[Node]:
         """Return the items of a list of texts."""

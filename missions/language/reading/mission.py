@@ -102,6 +102,7 @@ class _Reading:
         initial_pose = header.pose("initial_pose", places, MISSION["initial_pose"].words)
         files, plugins = header.texts("parameters"), header.texts("plugins")
         map_name, markers = header.map(), header.markers()
+        faults = header.faults(places)
         components = header.components(files, mapped=map_name != "none")
         self.values.used.update(dict.fromkeys(header.values.used))
         self.words.scope = scope = Scope((places, keys, arguments), header.knows_places)
@@ -134,7 +135,7 @@ class _Reading:
             places={key: symbol.value for key, symbol in places.items()},
             arguments={key: symbol.value for key, symbol in arguments.items()},
             blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
-            includes=tuple(self.includes.files), replay=replay, markers=markers,
+            includes=tuple(self.includes.files), replay=replay, markers=markers, faults=faults,
         )  # fmt: skip
         if self.findings.errors:
             raise FaultyMissionError(self.findings.errors, mission)

@@ -43,6 +43,8 @@ class WordRole(StrEnum):
     COMPONENT_KIND = auto()
     COMPONENT = auto()
     PARAMETER = auto()
+    FAULT = auto()
+    """A kind of fault."""
     NODE_NAME = auto()
     """A node, behaviour, tree or event in a test."""
     CHANGE = auto()

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from stack.drivetrain.description import CAMERA
 from stack.errors import ParameterError, WorkerError, exception_sentence, traceback_text
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import refuse_changes
@@ -39,9 +40,6 @@ from stack.worker_thread import WorkerThread
 if TYPE_CHECKING:
     from stack.perception.objects.heads import Box
     from stack.perception.objects.model import ObjectModel
-
-CAMERA = "camera"
-"""Name of the camera whose pictures are searched."""
 
 DEPTH_AGE = 0.3
 """Largest difference in seconds between the stamps of a picture and of a depth picture."""

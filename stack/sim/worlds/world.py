@@ -12,6 +12,7 @@ from pathlib import Path as FilePath
 from stack.documents import Finding
 from stack.mavlink.origin import GeoOrigin
 from stack.parameters import parameter
+from stack.sim.faults.planned import PlannedFault
 from stack.types import DockShape, FloatArray, Marker, Pose2D, wrap_angle
 
 Colour = tuple[float, float, float]
@@ -362,6 +363,7 @@ class World:
         floor: texture of the floor, one of TEXTURES.
         light: brightness of camera pictures: 1 normal; above it bright surfaces saturate.
         origin: place of the world frame's origin on Earth; None: unknown.
+        faults: that befall every robot in it.
         source: the file that the world was read from.
         warnings: elements of that file that were ignored or replaced.
     """
@@ -393,3 +395,4 @@ class World:
     warnings: tuple[Finding, ...] = ()
     blocks: tuple[Block, ...] = ()
     shadows: tuple[Shadow, ...] = ()
+    faults: tuple[PlannedFault, ...] = ()

@@ -18,6 +18,7 @@ from stack.documents import Findings, Mark, Node, Section, read_document
 from stack.errors import InputError
 from stack.mapping.limits import MAX_ITEMS
 from stack.parameters import Declaration, likely, suggestion
+from stack.sim.faults.planned import PlannedFault
 from stack.sim.worlds import items
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.people import people
@@ -41,7 +42,7 @@ KEYS = (
     "world", "walls", "boxes", "blocks", "places", "bounds", "cylinders", "doors", "markers",
     "people",
     "docks", "timeline", "start", "friction", "friction_zones", "drops", "lines", "posters",
-    "floor", "light", "shadows", "origin", "format", "doc",
+    "floor", "light", "shadows", "origin", "faults", "format", "doc",
 )  # fmt: skip
 """Of a world file; a file without any is of another kind."""
 
@@ -131,6 +132,7 @@ def read_world(path: Path, text: str | None = None) -> World:
         places=reading.places,
         start=_start(reading, top),
         origin=items.origin(top.section("origin")),
+        faults=_faults(reading, top),
         source=path,
         **fields_of(top, World),
     )
@@ -154,6 +156,15 @@ def _read_places(reading: Reading, top: Section) -> None:
         pose = reading.pose(top, str(key.value), node)
         if pose is not None:
             reading.places[str(key.value)] = pose
+
+
+def _faults(reading: Reading, top: Section) -> tuple[PlannedFault, ...]:
+    nodes = top.sequence("faults")
+    if not nodes:
+        return ()
+    from stack.sim.faults.reading import read_faults
+
+    return read_faults(nodes, reading.findings, reading.places)
 
 
 def _start(reading: Reading, top: Section) -> Pose2D:

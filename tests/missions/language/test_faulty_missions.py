@@ -244,7 +244,7 @@ FILES = [
     ("run: {use: a}\ntrees: {a: {doo: {say: a}}}", "E101 2:13"),
     ("doc: x", "E101 1:1"),
     ("format: 2\nrun: {say: a}", "E105 1:9"),
-    ("perception: []\nfaults: {}\nrun: {say: a}", "E104 1:1", "E104 2:1"),
+    ("perception: []\nmapping: {}\nrun: {say: a}", "E104 1:1", "E104 2:1"),
     ("events: {lost: {}}\nrun: {say: a}", "E112 1:9"),
     ("events: [lost]\nrun: {say: a}", "E112 1:10"),
     ("events: [{lost: {}, do: stop}]\nrun: {say: a}", "E112 1:10"),

@@ -122,6 +122,7 @@ run:
     - use: look
       with: {angle: 90 deg}
       out: {seen: $count}
+faults: [{push: {left: 1 m}, at: 3 s}, {gyro_bias: {}, for: 3 s}]
 trees:
   look:
     in: {angle: {type: float, unit: rad, default: 0, doc: To the left.}}
@@ -178,7 +179,11 @@ def test_readers_know_every_key_of_the_table_and_report_others(tmp_path):
         row = wrong[line - 1]
         wrong[line - 1] = f"{row[: column - 1]}{key}x{row[column - 1 + len(key) :]}"
         codes = {item.code for item in findings_of(path, Draft("\n".join(wrong) + "\n"))}
-        assert codes & {"E101", "E112", "E115", "E123", "E130", "E170"}, (section, key, codes)
+        assert codes & {"E101", "E210", "E112", "E115", "E123", "E130", "E170"}, (
+            section,
+            key,
+            codes,
+        )
 
 
 @pytest.mark.parametrize(
