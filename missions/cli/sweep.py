@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 from typer.core import TyperGroup
 
+from missions.cli import fault_suite
 from missions.cli.arguments import OtherRobot, Parameters, Settings, assignments
 from missions.cli.bench import named
 from missions.cli.tune import INTERRUPTED, duration
@@ -24,11 +25,14 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+FAULTS = "--faults"
+
 HELP = """Run a mission many times, over seeds and factors.
 
 \b
   treepilot sweep MISSION …        run; the same as `treepilot sweep run MISSION`
   treepilot sweep report DIR       write the page about a sweep, or two
+  treepilot sweep --faults suite   missions by faults; the same as `treepilot sweep faults`
 """
 
 EPILOG = """
@@ -57,15 +61,18 @@ again to continue an interrupted sweep. docs/sweeps.md lists the figures of --fa
 
 
 class _Sweep(TyperGroup):
-    """Reads `sweep MISSION` as `sweep run MISSION`."""
+    """Reads `sweep MISSION` as `sweep run MISSION`, and `sweep --faults` as `sweep faults`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and FAULTS in (one[:8] for one in args):
+            args = ["faults", *args]
         if args and args[0] not in (*self.commands, "--help", "-h"):
             args = ["run", *args]
         return super().parse_args(ctx, args)
 
 
 sweep_app = typer.Typer(cls=_Sweep, no_args_is_help=True, help=HELP)
+sweep_app.command("faults", epilog=fault_suite.EPILOG)(fault_suite.faults)
 
 FailIf = Annotated[
     list[str] | None,
@@ -161,15 +168,13 @@ def run(  # noqa: PLR0913 - each is an option of the command
         _print_runs(ready.sweep)
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
-    progress = _progress(sweep.runs)
+    progress = progress_of(sweep.runs)
     try:
         rows = run_sweep(ready, folder, execution, progress.update)
     except KeyboardInterrupt:
-        _tell(
-            f"interrupted; {folder.path} has the finished runs: run the command again to continue"
-        )
+        tell(f"interrupted; {folder.path} has the finished runs: run the command again to continue")
         raise typer.Exit(INTERRUPTED) from None
-    _tell(progress.line(rows))
+    tell(progress.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
     if claim is not None:
@@ -293,24 +298,24 @@ def _summary(rows: "list[SweepRow]", folder: Path) -> list[str]:
     ]  # fmt: skip
 
 
-def _progress(total: int) -> Any:
+def progress_of(total: int) -> Any:
     from missions.sweeps.progress import Progress
 
     def show(line: str) -> None:
         sys.stderr.write(f"\r{line}\x1b[K")
         sys.stderr.flush()
 
-    return Progress(total, show, _tell, overwrites=sys.stderr.isatty())
+    return Progress(total, show, tell, overwrites=sys.stderr.isatty())
 
 
 def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
-        _tell(condition.describe(rows))
+        tell(condition.describe(rows))
     if any(condition.holds(rows) for condition in conditions):
         raise typer.Exit(1)
 
 
-def _tell(line: str) -> None:
+def tell(line: str) -> None:
     ahead = "\r\x1b[K" if sys.stderr.isatty() else ""
     typer.echo(f"{ahead}{line}", err=True)

@@ -63,6 +63,11 @@ class SweepFolder:
         """Folder of the kept run folders."""
         return self.path / RUNS
 
+    @property
+    def is_begun(self) -> bool:
+        """Whether it holds a sweep."""
+        return (self.path / DESCRIPTION).exists()
+
     @contextmanager
     def open_journal(self) -> Iterator[RawIOBase]:
         """Open the journal for further rows; a line that an interruption cut off is removed.
