@@ -127,6 +127,10 @@ MAY_IMPORT = {
     "missions.sweeps": {
         "missions.execution", "missions.inspection", "missions.bench", "robots", "stack",
     },
+    "missions.falsify": {
+        "missions.execution", "missions.inspection", "missions.bench", "missions.sweeps", "robots",
+        "stack",
+    },
     "missions.editor": {
         "missions.execution", "missions.inspection", "missions.language", "behaviours", "robots",
         "stack",
@@ -146,6 +150,7 @@ ONE_PLACE = {
     "rerun": {"stack/telemetry"},
     "foxglove": {"stack/telemetry/foxglove"},
     "pyarrow": {"stack/telemetry/rerun", "missions/sweeps"},
+    "cma": {"missions/falsify"},
     "can": {"robots/motors"},
     "pymavlink": {"stack/mavlink", "stack/telemetry", "robots"},
     "zmq": {"stack/telemetry"},

@@ -136,19 +136,43 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
             counts as hung. None: LONGEST_RUN.
         on_poll: called every POLL_PERIOD seconds.
     """
-    waiting = iter(entries)
-    silence = LONGEST_RUN if silence is None else silence
-    workers: list[_Worker] = []
-    following: list[E] = list(islice(waiting, 1))
-
-    def employ(worker: _Worker) -> None:
-        worker.give(following.pop())
-        following.extend(islice(waiting, 1))
-
+    processes = Processes(start, jobs, runs_per_process, silence=silence)
     try:
+        yield from processes.results(entries, on_poll)
+    finally:
+        processes.close()
+
+
+class Processes:
+    """Processes that make runs, and wait for more until they are closed.
+
+    Args: as of `results`.
+    """
+
+    def __init__(
+        self, start: Start[Any], jobs: int, runs_per_process: int, *, silence: float | None = None
+    ) -> None:
+        self._start, self._jobs, self._runs = start, jobs, runs_per_process
+        self._silence = LONGEST_RUN if silence is None else silence
+        self._idle: list[_Worker] = []
+        self._working: list[_Worker] = []
+
+    def results(
+        self, entries: Iterable[E], on_poll: Callable[[], None] = lambda: None
+    ) -> Iterator[tuple[E, Any]]:
+        """Yield entries with what was made of them, as the function `results` does."""
+        waiting = iter(entries)
+        workers = self._working
+        following: list[E] = list(islice(waiting, 1))
+
+        def employ(worker: _Worker) -> None:
+            worker.give(following.pop())
+            following.extend(islice(waiting, 1))
+
         while following or workers:
-            while following and len(workers) < jobs:
-                workers.append(_Worker(start, silence))
+            while following and len(workers) < self._jobs:
+                idle = self._idle.pop() if self._idle else _Worker(self._start, self._silence)
+                workers.append(idle)
                 employ(workers[-1])
             began, left = perf_counter(), min(worker.left for worker in workers)
             wait([worker.connection for worker in workers], min(left, POLL_PERIOD))
@@ -158,16 +182,22 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
             on_poll()
             for worker in [one for one in workers if one.connection.poll() or not one.left]:
                 entry, result = worker.entry, worker.result()
-                over = isinstance(result, ProcessEnded) or worker.given >= runs_per_process
-                if over or not following:
+                if isinstance(result, ProcessEnded) or worker.given >= self._runs:
                     worker.end()
                     workers.remove(worker)
+                elif not following:
+                    workers.remove(worker)
+                    self._idle.append(worker)
                 else:
                     employ(worker)
                 yield entry, result
-    finally:
-        for worker in workers:
+
+    def close(self) -> None:
+        """End the processes, whatever they do. Safe to call twice."""
+        for worker in (*self._working, *self._idle):
             worker.end()
+        self._working.clear()
+        self._idle.clear()
 
 
 @contextmanager

@@ -18,6 +18,8 @@ from missions.cli.bench import bench_app
 from missions.cli.calibrate.command import calibrate_app
 from missions.cli.commissioning.preflight import EPILOG as PREFLIGHT_EPILOG
 from missions.cli.commissioning.preflight import preflight
+from missions.cli.falsify import EPILOG as FALSIFY_EPILOG
+from missions.cli.falsify import falsify
 from missions.cli.inspection.check import check, explain
 from missions.cli.inspection.diagnose import diagnose
 from missions.cli.inspection.doctor import doctor
@@ -93,6 +95,7 @@ app.add_typer(topic_app, name="topic")
 app.add_typer(bench_app, name="bench")
 app.add_typer(sweep_app, name="sweep")
 app.command(epilog=TUNE_EPILOG)(tune)
+app.command(epilog=FALSIFY_EPILOG)(falsify)
 
 
 @app.callback(invoke_without_command=True)

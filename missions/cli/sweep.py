@@ -154,7 +154,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         },
     )  # fmt: skip
     sweep = _sweep_of(words, vary or [], robot)
-    claim = words.until if until is None else _read("--until", read_claim, until)
+    claim = words.until if until is None else read_option("--until", read_claim, until)
     conditions = _conditions(fail_if) if fail_if else words.fail_if
     execution = ExecutionSettings(
         words.values.get("jobs", 1),
@@ -239,7 +239,7 @@ def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep"
 
     factors = {factor.name: factor for factor in words.factors}
     for name, text in assignments(vary, "--vary", "controller.cruise_speed=0.4,0.8").items():
-        factors[name] = _read(f"--vary {name}={text}", partial(read_factor, name), text)
+        factors[name] = read_option(f"--vary {name}={text}", partial(read_factor, name), text)
     values = words.values
     for option, allowed in (("design", DESIGNS), ("keep", KEEP)):
         if values.get(option, allowed[0]) not in allowed:
@@ -256,10 +256,10 @@ def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep"
 def _conditions(texts: list[str]) -> "list[Condition]":
     from missions.sweeps.claims import read_condition
 
-    return [_read("--fail-if", read_condition, text) for text in texts]
+    return [read_option("--fail-if", read_condition, text) for text in texts]
 
 
-def _read(option: str, read: "Callable[[str], T]", text: str) -> "T":
+def read_option(option: str, read: "Callable[[str], T]", text: str) -> "T":
     """Read the value of an option, which errors name."""
     try:
         return read(text)

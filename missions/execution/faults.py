@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from missions.execution.resources import MISSIONS
+from missions.execution.scene import OF_SCENE
 from missions.language.model import Mission
 from missions.run_options import RunOptions
 from robots.bodies import body_kind
@@ -33,8 +34,9 @@ def fault_files() -> dict[str, Path]:
 
 
 def component_parameters(parameters: Mapping[str, str] | None) -> dict[str, str]:
-    """Return the parameters of components: those that are not of faults."""
-    return {k: text for k, text in (parameters or {}).items() if not k.startswith(PREFIX)}
+    """Return the parameters of components: those that are neither of faults nor of the scene."""
+    others = (PREFIX, *OF_SCENE)
+    return {k: text for k, text in (parameters or {}).items() if not k.startswith(others)}
 
 
 def faults_of(

@@ -16,13 +16,17 @@ from missions.execution.resources import (
 from missions.language.model import Mission
 from missions.run_options import RunOptions
 from robots.logs.recording import Recording
-from stack.documents import Finding
+from stack.documents import Finding, value_of
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.mavlink.origin import read_origin
-from stack.parameters import read_quantity
-from stack.sim.worlds.world import World
+from stack.parameters import declarations, read_quantity, suggestion
+from stack.sim.worlds.world import Person, World
 from stack.types import Pose2D
+
+START_NUMBER, PERSON = "start.", "person."
+OF_SCENE = (START_NUMBER, PERSON)
+"""Parameters of the scene: `start.x`, `start.y`, `start.heading`, `person.NAME.speed`."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +71,10 @@ def scene_of(marks: Marks, options: RunOptions, files: SceneFiles) -> Scene:
         return Scene(described, robot, world, _start(options, mission, world), recording)
     base = base_folder(options.world, folder)
     world = files.world(named, base)
-    start = _start(options, mission, world)
+    start = _moved(_start(options, mission, world), options)
     if start != world.start:
         world = files.world(named, base, start)
+    world = _with_people(world, options)
     return Scene(described, robot, _placed(world, options), start, recording)
 
 
@@ -100,6 +105,52 @@ def _start(options: RunOptions, mission: Mission, world: World) -> Pose2D:
     if given is None:
         return mission.start if mission.start is not None else world.start
     return pose_of_option(given, {**world.places, **mission.places})
+
+
+def _moved(start: Pose2D, options: RunOptions) -> Pose2D:
+    """Return the start with the numbers of the options.
+
+    Raises:
+        InputError: one is wrong.
+    """
+    for name, text in _numbers(options, START_NUMBER):
+        units = {"x": "m", "y": "m", "heading": "rad"}
+        if name not in units:
+            raise InputError(f"start.{name}: a start has {', '.join(units)}")
+        try:
+            start = replace(start, **{name: read_quantity(text, units[name])})
+        except ParameterError as error:
+            raise InputError(f"start.{name}: {error.sentence}") from None
+    return start
+
+
+def _with_people(world: World, options: RunOptions) -> World:
+    """Return the world with the numbers of its people in the options.
+
+    Raises:
+        InputError: there is no such person or number, or it is wrong.
+    """
+    for full, text in _numbers(options, PERSON):
+        name, _, number = full.rpartition(".")
+        people = {person.name: person for person in world.people}
+        known = declarations(Person)
+        if name not in people or number not in known:
+            hint: str = (
+                suggestion(name, people) if name not in people else suggestion(number, known)
+            )
+            raise InputError(f"person.{full}: {world.name} has no such person or number", hint)
+        try:
+            people[name] = replace(people[name], **{number: known[number].read(value_of(text))})
+        except ParameterError as error:
+            raise InputError(f"person.{full}: {error.sentence}") from None
+        world = replace(world, people=tuple(people.values()))
+    return world
+
+
+def _numbers(options: RunOptions, prefix: str) -> list[tuple[str, str]]:
+    """Return the parameters with a prefix, without it."""
+    every = (options.parameters or {}).items()
+    return [(name.removeprefix(prefix), text) for name, text in every if name.startswith(prefix)]
 
 
 def pose_of_option(given: str, places: Mapping[str, Pose2D]) -> Pose2D:

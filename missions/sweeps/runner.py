@@ -83,7 +83,7 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
     tabulated = perf_counter()
     with closing(made):  # type: ignore[type-var]
         for run, result in made:
-            row = _row(run, result, folder)
+            row = row_of(run, result, folder)
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
@@ -101,7 +101,7 @@ def _missing(checked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescrip
     return (run for run in checked.sweep.descriptions() if run.number not in done)
 
 
-def _row(
+def row_of(
     run: RunDescription, result: SweepRow | ProcessEnded | BaseException, folder: SweepFolder
 ) -> SweepRow:
     """Return the row of a run; of one whose process has ended, with the records up to its end."""

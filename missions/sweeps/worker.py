@@ -22,11 +22,13 @@ from time import perf_counter, process_time
 from typing import Any
 
 from missions.bench.processes import Alive
+from missions.execution.faults import changes_world
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import versions
 from missions.execution.run import Run, RunWatch
 from missions.execution.running import execute
+from missions.execution.scene import OF_SCENE
 from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.page.story import read_story
@@ -39,7 +41,6 @@ from robots.simulated import SimulatedBody
 from stack.body import Body
 from stack.errors import InputError, exception_sentence, traceback_text
 from stack.sim.simulation import Simulation
-from stack.sim.worlds.world import World
 
 PLANS = 32
 """Prepared missions that a process keeps."""
@@ -189,28 +190,30 @@ class SharedSimulation:
         self._scene: tuple[Any, ...] | None = None
         self._simulation: Simulation | None = None
         self._body: SimulatedBody | None = None
-        self._world: World | None = None  # that of a run may be one of its own (faults)
 
     def body_of(self, plan: PreparedMission, options: RunOptions) -> MakeBody:
         """Return what makes the body of a run. The plan's robot and world follow from the options.
 
-        Component parameters, which are most of what varies, leave robot and world as they are.
+        Component parameters, which are most of what varies, leave robot and world as they are;
+        faults do, unless they change the world.
         """
+        parameters = sorted((options.parameters or {}).items())
+        own = tuple(item for item in parameters if item[0].startswith(OF_SCENE))
+        moved = (options.seed, options.faults, *parameters) if changes_world(plan.faults) else ()
         scene = (
             plan.mission.source, options.robot, options.world, options.start,
-            tuple(sorted((options.arguments or {}).items())),
+            tuple(sorted((options.arguments or {}).items())), own, moved,
         )  # fmt: skip
 
         def make(setup: BodySetup) -> Body:
-            is_other = self._scene != scene or self._world is not setup.world
-            if self._body is None or is_other:
+            if self._body is None or self._scene != scene:
                 self.close()
                 self._simulation = Simulation(setup.world)
                 self._body = SimulatedBody(
                     setup.robot, setup.world, start=setup.start, seed=setup.seed,
                     simulation=self._simulation, faults=setup.faults,
                 )  # fmt: skip
-                self._scene, self._world = scene, setup.world
+                self._scene = scene
             else:
                 self._body.reset(setup.seed, setup.faults)
             return self._body
@@ -221,7 +224,7 @@ class SharedSimulation:
         """Close the simulation. Safe to call twice."""
         if self._simulation is not None:
             self._simulation.close()
-        self._simulation = self._body = self._scene = self._world = None
+        self._simulation = self._body = self._scene = None
 
 
 class _Watch(RunWatch):

@@ -14,6 +14,7 @@ from missions.execution.component_choices import (
     mark_of_robot,
     settings_of,
 )
+from missions.execution.faults import component_parameters
 from missions.execution.prepare import PreparedMission
 from missions.language.model import Component
 from stack.components import Choice
@@ -55,6 +56,7 @@ def origins_of(plan: PreparedMission, given: Mapping[str, str]) -> list[Origin]:
         plan: the prepared mission.
         given: parameters of the command line, by full name.
     """
+    given = component_parameters(given)
     settings = settings_of(plan.mission, plan.robot, given)
     found = [
         origin

@@ -1,0 +1,1 @@
+"""`treepilot falsify`: searches settings and faults that break a mission, and shrinks them."""
