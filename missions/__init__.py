@@ -28,6 +28,7 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
     replay: str | Path | None = None,
     body: str | MakeBody = "",
     forget_kept: bool = False,
+    faults: str | None = None,
 ) -> Report:
     """Run a whole mission in the caller's process.
 
@@ -47,6 +48,7 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
             the choice of the robot file.
         forget_kept: start keys with `keep: true` from their initial values. Without `out` they
             always do.
+        faults: of the simulated robot instead of the mission's: names joined by `+`, or `none`.
 
     Raises:
         InputError: the mission, robot or world has errors; nothing has moved.
@@ -59,7 +61,7 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
         out=Path(out) if out is not None else None, speed=speed, serve=False,
         parameters=dict(parameters or {}), record=tuple(record),
         replay=Path(replay) if replay is not None else None,
-        body=body if isinstance(body, str) else "", forget_kept=forget_kept,
+        body=body if isinstance(body, str) else "", forget_kept=forget_kept, faults=faults,
     )  # fmt: skip
     make_body = None if isinstance(body, str) else body
     return run_mission(mission, options, make_body=make_body)

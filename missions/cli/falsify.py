@@ -116,17 +116,20 @@ def _given(vary: list[str]) -> "list[Factor]":
 
 
 def _end(outcome: "Outcome", sweep: "Sweep", folder: Path) -> None:
-    from missions.falsify.falsifier import describe
+    from missions.cli.sweep import tell
+    from missions.falsify.falsifier import describe, figures_of
     from missions.falsify.reproduction import write_reproduction
 
     typer.echo(f"least margin of {outcome.runs} runs: {describe(outcome.worst)}")
     if outcome.shrunk is None:
         typer.echo("no run breaks the mission")
         return
-    what = f"{outcome.shrunk.row.outcome}: {outcome.shrunk.row.reason}".rstrip(": ")
-    heading = f"Breaks with seed {sweep.seed}: {what}"
+    heading = f"Breaks with seed {sweep.seed}: margin {figures_of(outcome.shrunk)}"
     file, report = write_reproduction(sweep, outcome.shrunk.settings, folder, heading)
     typer.echo(f"shrunk: {describe(outcome.shrunk)}")
     typer.echo(f"{report.summary()}")
+    row = outcome.shrunk.row
+    if report.status != row.outcome and row.outcome != "time limit":
+        tell(f"{file} ended with {report.status}, the search with {row.outcome}")
     typer.echo(f"treepilot run {file} --seed {sweep.seed}")
     raise typer.Exit(1)

@@ -182,11 +182,18 @@ class Falsifier:
 
 def describe(trial: Trial) -> str:
     """Return margin, outcome and settings of a trial in a line."""
+    settings = " ".join(f"{name}={text}" for name, text in trial.settings.items())
+    return f"{figures_of(trial)}: {settings or 'no settings'}"
+
+
+def figures_of(trial: Trial) -> str:
+    """Return margin and outcome of a trial."""
     row = trial.row
-    settings = " ".join(f"{name}={text}" for name, text in row.settings.items())
-    contact = ", a collision" if row.collisions else ""
-    figures = "" if row.clearance is None else f", clearance {row.clearance:.2f} m"
-    return f"{trial.margin:.3g} ({row.outcome}{contact}{figures}; {settings or 'no settings'})"
+    parts = [
+        row.outcome, "a collision" if row.collisions else "",
+        "" if row.clearance is None else f"clearance {row.clearance:.2f} m", row.reason,
+    ]  # fmt: skip
+    return f"{trial.margin:.3g} ({', '.join(filter(None, parts))})"
 
 
 def baseline(sweep: Sweep, folder: SweepFolder) -> SweepRow:

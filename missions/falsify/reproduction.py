@@ -35,7 +35,7 @@ FILE, WORLD_FILE, RUN = "falsified.yaml", "falsified_world.yaml", "falsified"
 def write_reproduction(
     sweep: Sweep, settings: Mapping[str, str], folder: Path, heading: str
 ) -> tuple[Path, Report]:
-    """Run the settings with records, and write the mission that does the same.
+    """Write the mission with the settings of a run in it, and run it.
 
     Args:
         sweep: whose mission it is.
@@ -44,31 +44,31 @@ def write_reproduction(
         heading: comment above the mission, a line.
 
     Returns:
-        The file, and the report of the recorded run.
+        The file, and the report of its run.
 
     Raises:
         InputError: the mission cannot be written as one file.
     """
-    options = sweep.options(settings, sweep.seed)
-    run = _unused(folder / RUN)
+    options, run = sweep.options(settings, sweep.seed), _unused(folder / RUN)
     plan = prepare(sweep.mission, options)
-    report = execute(plan, replace(options, out=run))
-    text = f"# {heading}\n{_rewritten(plan, options)}"
-    copies = read_inputs(run).mission.parent
-    for place in (folder, copies):
-        file = place / FILE
-        file.write_text(text, "utf-8")
-        if any(_people(options)):
-            (place / WORLD_FILE).write_text(_world(plan, options), "utf-8")
-        try:
-            prepare(file, RunOptions(seed=sweep.seed))
-        except InputError as error:
-            if place == copies:
-                raise InputError(f"{file} does not stand alone: {error}") from None
-            file.unlink()
-            continue
-        return file, report
-    raise AssertionError("unreachable")
+    plain = RunOptions(seed=sweep.seed, serve=False, forget_kept=True)
+    file = _written(plan, options, folder, heading)
+    try:
+        return file, execute(prepare(file, plain), replace(plain, out=run))
+    except InputError:  # it names files beside itself
+        file.unlink()
+    execute(plan, replace(options, out=run))
+    file = _written(plan, options, read_inputs(run).mission.parent, heading)
+    return file, execute(prepare(file, plain), plain)
+
+
+def _written(plan: PreparedMission, options: RunOptions, folder: Path, heading: str) -> Path:
+    """Write the mission, and its world if the options change people; return the mission's file."""
+    if any(_people(options)):
+        (folder / WORLD_FILE).write_text(_world(plan, options), "utf-8")
+    file = folder / FILE
+    file.write_text(f"# {heading}\n{_rewritten(plan, options)}", "utf-8")
+    return file
 
 
 def _unused(path: Path) -> Path:
@@ -142,7 +142,7 @@ def _pose(pose: Pose2D) -> str:
 
 
 def _world(plan: PreparedMission, options: RunOptions) -> str:
-    """Return the world file with the people of the options, as JSON, which YAML contains."""
+    """Return the world file with the people of the options; values are JSON, which is YAML too."""
     source = plan.world.source
     if source is None or source.suffix not in (".yaml", ".yml"):
         raise InputError(f"the people of {plan.world.name} cannot be written to a file")
@@ -151,7 +151,8 @@ def _world(plan: PreparedMission, options: RunOptions) -> str:
         for person in content["people"]:
             if person.get("name") == name:
                 person[number] = text
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    keys = (f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in content.items())
+    return "\n".join([*keys, ""])
 
 
 def _people(options: RunOptions) -> Iterator[tuple[str, str, Any]]:

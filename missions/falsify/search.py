@@ -61,8 +61,8 @@ class Search:
             batch: largest number of spread points; CMA-ES has its own number.
         """
         if len(self._spread):
-            points, self._spread = self._spread[:batch], self._spread[batch:]
-            return self._propose(list(points))
+            spread, self._spread = self._spread[:batch], self._spread[batch:]
+            return self._propose(list(spread))
         if self._left <= 0:
             return []
         if self._strategy is None:

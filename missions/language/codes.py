@@ -25,7 +25,7 @@ class Code:
 CODES: dict[str, Code] = {
     "E101": Code("keys of a section", "a key is unknown, missing or has a value of the wrong kind",
                  "wrld: office", "use the suggested key"),
-    "E104": Code("not supported yet", "the key is reserved for a later version", "faults: {}",
+    "E104": Code("not supported yet", "the key is reserved for a later version", "mapping: {}",
                  "remove it"),
     "E105": Code("format", "the file is written for another version of the language", "format: 2",
                  "write format: 1"),

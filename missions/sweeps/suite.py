@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from missions.execution.faults import NONE, SUITE, fault_files
@@ -136,7 +137,7 @@ def plan_suite(missions: Sequence[str], faults: Sequence[str], options: SuiteOpt
         options: of the runs.
 
     Raises:
-        InputError: a mission that is named cannot be swept, or a fault fits none.
+        InputError: a mission that is named cannot be swept, or no fault fits any.
     """
     sweeps, left_out = [], {}
     for name in missions or driving_missions():
@@ -146,10 +147,9 @@ def plan_suite(missions: Sequence[str], faults: Sequence[str], options: SuiteOpt
             if missions:
                 raise
             left_out[name] = str(error)
-    for fault in faults:
-        reasons = [one.unfit.get(fault, "") for one in sweeps]
-        if all(reasons):
-            raise InputError(f"the fault {fault} fits none of the missions: {reasons[0]}")
+    if all(fault in one.unfit for one in sweeps for fault in faults):
+        first = next((reason for one in sweeps for reason in one.unfit.values()), "no missions")
+        raise InputError(f"no fault fits any of the missions: {first}")
     return Suite(tuple(faults), tuple(sweeps), left_out)
 
 
@@ -192,12 +192,13 @@ def run_suite(suite: Suite, out: Path, execution: ExecutionSettings, follow: Fol
     before: list[SweepRow] = []
     for one in suite.sweeps:
         ready = checked(one.sweep, _unchanged)
-        done = tuple(before)
-        rows = run_sweep(
-            ready, SweepFolder(out / one.name), execution,
-            lambda rows, done=done: follow([*done, *rows]),
-        )  # fmt: skip
-        before += rows
+        before += run_sweep(
+            ready, SweepFolder(out / one.name), execution, partial(_follow, follow, tuple(before))
+        )
+
+
+def _follow(follow: Follow, before: Sequence[SweepRow], rows: list[SweepRow]) -> None:
+    follow([*before, *rows])
 
 
 def _unchanged(factor: Factor, error: InputError) -> InputError:

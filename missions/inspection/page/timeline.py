@@ -1,4 +1,4 @@
-"""The timeline of a report: when each node of the tree ran, and what held the robot."""
+"""The timeline of a report: when each node of the tree ran, what held the robot, and faults."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Piece = tuple[float, float, str, str]
 
 
 def timeline(story: Story) -> str:
-    """When each node of the tree ran, and how it ended; below, by what the robot was held."""
+    """When each node of the tree ran, and how it ended; below, what held the robot, and faults."""
     rows = story.bars
     deepest = max((depth for depth, *_ in rows), default=0)
     while len(rows) > MOST_ROWS and deepest > 1:
@@ -41,7 +41,23 @@ def timeline(story: Story) -> str:
     for first, last, cause in story.samples.held_spans:
         held[cause].append((time[first], time[min(last, len(time) - 1)], "held", "held"))
     parts += [_row(f"held by {cause}", 0, story.end, pieces) for cause, pieces in held.items()]
-    return "".join([*parts, _axis(story.end), _legend(story, held=bool(held))])
+    faults = fault_spans(story)
+    parts += [_row(f"fault {name}", 0, story.end, pieces) for name, pieces in faults.items()]
+    return "".join([*parts, _axis(story.end), _legend(story, held=bool(held), faults=bool(faults))])
+
+
+def fault_spans(story: Story) -> dict[str, list[Piece]]:
+    """When each declared fault of the simulation was there, by its name."""
+    found = defaultdict[str, list[Piece]](list)
+    for event in story.events:
+        name = event.fields.get("fault")
+        if event.kind == "fault":
+            end = story.end if event.fields.get("lasts") else event.time
+            found[str(name)].append((event.time, end, "bad", "fault"))
+        elif event.kind == "fault_end" and found[str(name)]:
+            begin, _, *rest = found[str(name)][-1]
+            found[str(name)][-1] = (begin, event.time, rest[0], rest[1])
+    return dict(found)
 
 
 def _row(name: str, depth: int, end: float, pieces: Iterable[Piece]) -> str:
@@ -67,11 +83,12 @@ def _axis(end: float) -> str:
     return f'<div class="row"><span></span><div class="ticks">{ticks}</div></div>'
 
 
-def _legend(story: Story, *, held: bool) -> str:
+def _legend(story: Story, *, held: bool, faults: bool) -> str:
     """The colours that this timeline has."""
     found = {bar.outcome for _, _, bars in story.bars for bar in bars}
     colours = [(OUTCOMES[word], word) for word in OUTCOMES if word in found]
     colours += [("held", "held")] if held else []
+    colours += [("bad", "fault")] if faults else []
     keys = "".join(
         f'<span class="key"><svg viewBox="0 0 12 12" width="12" height="12">'
         f'<rect y="2" width="12" height="8" class="{colour}"/></svg> {word}</span>'

@@ -10,7 +10,7 @@ from math import hypot, inf, log
 from stack.errors import InputError
 from stack.parameters import declarations
 from stack.sim.disturbances import disturb
-from stack.sim.faults.fault import BEFORE, LASTING, Fault, Target
+from stack.sim.faults.fault import BEFORE, LASTING, NOW, Fault, Target
 from stack.sim.faults.planned import PlannedFault
 from stack.sim.faults.registry import fault_kind
 from stack.sim.simulated_robot import SimulatedRobot
@@ -103,7 +103,7 @@ class FaultSchedule:
         fault = kind(planned.parameters, random)
         state.count += 1
         text, name = f"fault {planned.name}: {_numbers(planned)}".rstrip(": "), planned.name
-        self._robot.report("fault", text, fault=name)
+        self._robot.report("fault", text, fault=name, lasts=kind.kind != NOW)
         try:
             fault.begin(self._target)
         except InputError as error:

@@ -9,6 +9,8 @@ from missions.execution.faults import fault_files
 from missions.execution.prepare import RunOptions, diagnose, prepare
 from missions.execution.repeat import repeat_run
 from missions.execution.shared_world import prepare_together
+from missions.inspection.page.story import read_story
+from missions.inspection.page.timeline import fault_spans, timeline
 from stack.errors import InputError
 from stack.telemetry.event_log import read_events
 
@@ -46,6 +48,9 @@ def test_a_mission_with_a_fault_repeats(mission, tmp_path):
     report = missions.run(mission(), out=tmp_path / "run", record=())
     assert report.status == "success"
     assert fault_events(tmp_path / "run") == [(0.5, "lidar_dropout"), (1.5, "lidar_dropout")]
+    story = read_story(tmp_path / "run")
+    assert fault_spans(story) == {"lidar_dropout": [(0.5, 1.5, "bad", "fault")]}
+    assert "fault lidar_dropout" in timeline(story)
     assert repeat_run(tmp_path / "run").is_same
 
 
