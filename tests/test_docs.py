@@ -106,6 +106,7 @@ PARSED_ONLY = {
     "calibrate": "needs pictures of a printed board",
     "jitter": "takes two minutes",
     "sweep": "takes hundreds of runs",
+    "falsify": "takes hundreds of runs",
 }
 """Commands whose words and options are checked but not carried out."""
 

@@ -21,7 +21,9 @@ from stack.documents import Finding, Findings, Mark, Node, read_file
 from stack.errors import InputError
 from stack.sim.worlds.world_file import find_world
 
-CHECKED = (FileKind.MISSION, FileKind.WORLD, FileKind.ROBOT, FileKind.TREES)
+CHECKED = (
+    FileKind.MISSION, FileKind.WORLD, FileKind.ROBOT, FileKind.TREES, FileKind.FAULTS,
+)  # fmt: skip
 """Kinds of files that are checked; editors open any YAML file."""
 
 

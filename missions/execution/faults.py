@@ -10,7 +10,7 @@ from missions.execution.scene import OF_SCENE
 from missions.language.model import Mission
 from missions.run_options import RunOptions
 from robots.bodies import body_kind
-from stack.documents import Finding, Findings, Mark, Section, read_file
+from stack.documents import Finding, Findings, Mark, Section, read_document
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.parameters import Declaration, suggestion
@@ -102,8 +102,15 @@ def chosen_faults(text: str, places: Mapping[str, Pose2D]) -> tuple[PlannedFault
     return numbered(found)
 
 
-def read_fault_file(file: Path, places: Mapping[str, Pose2D]) -> tuple[PlannedFault, ...]:
+def read_fault_file(
+    file: Path, places: Mapping[str, Pose2D] | None, text: str | None = None
+) -> tuple[PlannedFault, ...]:
     """Read a file of faults: `doc`, and the list `faults`.
+
+    Args:
+        file: to read.
+        places: named poses that it may refer to; None: those of a mission that is not known.
+        text: of an editor, read instead.
 
     Raises:
         InputError: it has errors.
@@ -111,7 +118,9 @@ def read_fault_file(file: Path, places: Mapping[str, Pose2D]) -> tuple[PlannedFa
     from stack.sim.faults.reading import read_faults
 
     findings = Findings()
-    top = Section(read_file(file, WHAT), findings, "a file of faults", CODE, ("doc", "faults"))
+    top = Section(
+        read_document(file, WHAT, text), findings, "a file of faults", CODE, ("doc", "faults")
+    )
     top.value(Declaration("doc", str, "description", default=""))
     top.node_of("faults", required=True)
     faults = read_faults(top.sequence("faults"), findings, places)

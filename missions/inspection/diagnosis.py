@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 
+from missions.execution.faults import read_fault_file
 from missions.execution.prepare import RunOptions, diagnose
 from missions.execution.resources import catalogue_of
 from missions.language.keys import TREE_FILE
@@ -30,6 +31,7 @@ class FileKind(StrEnum):
     MAP = "map"
     ROBOT = "robot"
     TREES = "trees"
+    FAULTS = "faults"
     OTHER = "other"
 
 
@@ -49,6 +51,8 @@ def file_kind(path: Path, text: str) -> FileKind:
         return FileKind.WORLD
     if "robot" in keys and keys & {"wheels", "urdf", "footprint"}:
         return FileKind.ROBOT
+    if "faults" in keys and keys <= {"doc", "faults"}:
+        return FileKind.FAULTS
     of_trees = "trees" in keys or ("places" in keys and keys <= TREE_FILE.keys())
     return FileKind.TREES if of_trees else FileKind.OTHER
 
@@ -78,6 +82,9 @@ def findings_of(
             return tuple(read_world(path, text).warnings)
         if kind is FileKind.ROBOT:
             return read_robot(path, text).warnings
+        if kind is FileKind.FAULTS:
+            read_fault_file(path, None, text)
+            return ()
         if kind is FileKind.TREES:
             return read_trees(path, catalogue_of([], path.parent, Findings()), draft)
         return diagnose(path, RunOptions(arguments=dict(arguments or {})), draft).findings

@@ -21,7 +21,6 @@ import threading
 import time  # real processes
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from math import hypot
 from pathlib import Path
 from statistics import median
@@ -30,7 +29,6 @@ from typing import Any, TypeVar
 from robots.motors.can_simple import AxisError
 from robots.simulated import SimulatedBody
 from stack.body import CLOCK, LINK, MOTOR, PILOT, BodyHealth
-from stack.types import Battery, Observation
 from tests.benchmarks.over_the_wire import ROBOTS, ROOT
 from tests.missions.execution.live_run import LiveRun
 from tests.missions.execution.lossy_relay import free_port
@@ -190,33 +188,25 @@ def _command(folder: Path) -> Iterator[subprocess.Popen[bytes]]:
 
 
 class Failing(SimulatedBody):
-    """A simulated robot with one fault from BEGIN on."""
+    """A simulated robot that reports a problem from BEGIN on."""
 
-    def __init__(self, setup: Any, fault: str) -> None:
-        super().__init__(setup.robot, setup.world, start=setup.start, seed=setup.seed)
-        self.fault = fault
+    def __init__(self, setup: Any, problem: str) -> None:
+        super().__init__(
+            setup.robot, setup.world, start=setup.start, seed=setup.seed, faults=setup.faults
+        )
+        self._problem = problem
 
     @property
     def health(self) -> BodyHealth:
-        """The fault, if it is one of the body."""
-        of_body = self.time >= BEGIN and self.fault in (LINK, MOTOR, PILOT, CLOCK)
-        return BodyHealth("it says why", self.fault) if of_body else BodyHealth()
-
-    def sense(self) -> Observation:
-        """The measurements, without or with what the fault changes."""
-        observation = super().sense()
-        found = dict(observation.measurements)
-        if self.time >= BEGIN and self.fault == "scan":
-            found.pop("lidar", None)
-        if self.time >= BEGIN and self.fault == "battery":
-            found["battery"] = Battery(0.15, stamp=self.time)
-        return replace(observation, measurements=found)
+        """The problem, if there is one."""
+        reports = self._problem and self.time >= BEGIN
+        return BodyHealth("it says why", self._problem) if reports else BodyHealth()
 
 
 SIMULATED = {
     "link, motor error, pilot or clock, once the body reports it": (LINK, ""),
-    "low battery": ("battery", "low_battery: pause"),
-    "scan stale": ("scan", ""),
+    "low battery": ("battery_sag: {drop: 0.85}", "low_battery: pause"),
+    "scan stale": ("sensor_loss: {sensor: lidar}", ""),
     "outside the fence": ("fence", "fence: {fence}"),
 }
 
@@ -232,7 +222,10 @@ def on_the_clock(fault: str, settings: str) -> tuple[float, float]:
             f"start: [{x}, {y}, 0]\n"
             f"localisation: dead_reckoning\nnavigation: {{failsafe: {{{written}}}}}\n"
         )
-        run = LiveRun(Path(name) / "m", DRIVE, head, make_body=lambda s: Failing(s, fault))
+        if ":" in fault:
+            head += f"faults: [{{{fault}, at: {BEGIN} s}}]\n"
+        problem = fault if fault in (LINK, MOTOR, PILOT, CLOCK) else ""
+        run = LiveRun(Path(name) / "m", DRIVE, head, make_body=lambda s: Failing(s, problem))
         body, cause = run.engine.body, None
         try:
             while True:

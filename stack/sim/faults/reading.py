@@ -35,11 +35,12 @@ PER_MINUTE = Declaration(
 )  # fmt: skip
 DURATION = Declaration("for", float, "how long it lasts; default: to the end", "s", inf, above=0.0)
 TIMING = ("at", "for")
+ORIGIN = Pose2D(0.0, 0.0)
 CIRCLE = tuple(
     Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
     for name in ("x", "y")
 )
-Places = Mapping[str, Pose2D]
+Places = Mapping[str, Pose2D] | None
 
 
 def read_faults(
@@ -50,7 +51,8 @@ def read_faults(
     Args:
         nodes: its entries.
         findings: receives what is wrong.
-        places: named poses that it may refer to, world frame.
+        places: named poses that it may refer to, world frame; None: they are not known yet, and
+            any name is one.
     """
     found = [fault for node in nodes if (fault := _fault(node, findings, places)) is not None]
     return numbered(found)
@@ -139,8 +141,9 @@ def _parameters(kind: type[Fault], section: Section, name: str, places: Places) 
         return None
     poses = [key for key, item in declarations(kind.Parameters).items() if _is_pose(item)]
     for key in poses:
-        if isinstance(raw.get(key), str) and raw[key].removeprefix("$") in places:
-            raw[key] = places[raw[key].removeprefix("$")]
+        named = raw[key].removeprefix("$") if isinstance(raw.get(key), str) else None
+        if named is not None and (places is None or named in places):
+            raw[key] = ORIGIN if places is None else places[named]
     try:
         return build(kind.Parameters, raw)
     except ParameterError as error:
@@ -178,6 +181,8 @@ def _place(section: Section, node: Node, places: Places) -> tuple[float, float] 
         found = section.parts("near", node, CIRCLE)
         return None if found is None else (found[0], found[1])
     name = node.value.removeprefix("$")
+    if places is None:
+        return ORIGIN.x, ORIGIN.y
     if name not in places:
         hint: str = suggestion(name, places)
         section.findings.add(CODE, node.mark, f"near: there is no place {name!r}", hint)

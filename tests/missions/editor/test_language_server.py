@@ -342,6 +342,9 @@ def test_included_trees_and_places_events_and_cases(client, folder):
         ("{use: astar, allow_unknown: true}", "|", {"astar": "astar"}, ["pure_pursuit"]),
         ("allow_unknown: true", "|", {"allow_unknown": "allow_unknown: "}, ["cruise_speed"]),
         ("optional: true", "|", {"optional": "optional: ", "initial": "initial: "}, ["default"]),
+        ("start: dock", "faults: [|]", {"push": "push: ", "wheel_slip": "wheel_slip: "}, ["wave"]),
+        ("start: dock", "faults: [{|}]", {"push": "push: ", "at": "at: "}, ["wave"]),
+        ("start: dock", "faults: [{lidar_dropout: {|}}]", {"share": "share: "}, ["push"]),
         # inside texts and expressions
         ("- wave: {times: 2}", '- say: "seen ${|}"',
          {"$visited": "$visited", "battery.charge": "battery.charge"}, ["wave"]),

@@ -1,5 +1,6 @@
 """Faults of missions, worlds and options: checked, run, repeated."""
 
+from math import pi
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from missions.execution.faults import fault_files
 from missions.execution.prepare import RunOptions, diagnose, prepare
 from missions.execution.repeat import repeat_run
 from missions.execution.shared_world import prepare_together
+from missions.inspection.diagnosis import findings_of
 from missions.inspection.page.story import read_story
 from missions.inspection.page.timeline import fault_spans, timeline
 from stack.errors import InputError
@@ -124,3 +126,31 @@ def test_moved_furniture_is_not_on_the_map(tmp_path):
 def test_shipped_faults_are_valid_(name):
     plan = prepare("02_office_patrol", RunOptions(faults=name))
     assert len(plan.faults) == 1
+
+
+def test_files_of_faults_are_checked(tmp_path):
+    good, bad = tmp_path / "good.yaml", tmp_path / "bad.yaml"
+    good.write_text("doc: mine\nfaults:\n  - push\n  - kidnap: {to: dock}\n    at: {near: home}\n")
+    bad.write_text("doc: mine\nfaults:\n  - pusch\n")
+    assert findings_of(good) == ()
+    (item,) = findings_of(bad)
+    assert (item.code, item.mark.line) == ("E210", 3) and "did you mean 'push'" in item.hint
+
+
+def test_start_and_people_have_numbers():
+    plan = prepare("03_blocked_corridor", RunOptions(parameters={"start.x": "2 m"}))
+    assert (plan.start.x, plan.start.y) == (2.0, 3.0)
+    office = prepare("02_office_patrol", RunOptions())
+    name = office.world.people[0].name
+    parameters = {f"person.{name}.speed": "1.25", "start.heading": "90 deg"}
+    plan = prepare("02_office_patrol", RunOptions(parameters=parameters))
+    assert plan.world.people[0].speed == 1.25
+    assert plan.start.heading == pytest.approx(pi / 2)
+    for wrong, hint in (
+        ({"start.z": "1"}, "a start has x, y, heading"),
+        ({"person.nobody.speed": "1"}, "no such person or number"),
+        ({f"person.{name}.spead": "1"}, "did you mean 'speed'"),
+        ({f"person.{name}.speed": "9"}, "9 m/s must be at most 3"),
+    ):
+        with pytest.raises(InputError, match=hint):
+            prepare("02_office_patrol", RunOptions(parameters=wrong))
