@@ -20,7 +20,7 @@ class SensorEvent(NamedTuple):
 
     Attributes:
         sensor: its name.
-        fault: `silent`, `dropped`, or as `CameraState.fault`; empty when it works again.
+        fault: `silent`, `dropped`, `frozen`, or as `CameraState.fault`; empty when it works again.
         text: a sentence for people.
     """
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from stack.body import HEALTHY, BodyHealth, Replay
 from stack.frames.deskew import Deskewer
 from stack.perception.cameras.watch import COLOUR_CAMERA
+from stack.perception.frozen_scans import FrozenScans
 from stack.perception.own_body import OwnBody
-from stack.perception.sensor_watch import SensorWatch
+from stack.perception.sensor_watch import SensorEvent, SensorWatch
 from stack.runtime.interfaces import LoopParts
 from stack.runtime.sensor_rates import SensorRates
 from stack.telemetry.hub import SENSORS, reason_of
@@ -32,6 +35,7 @@ class Sensing:
         self._parts = parts
         robot = parts.body.description
         self._deskewer, self._sensors = Deskewer(), SensorWatch(robot)
+        self._frozen = FrozenScans(robot)
         self._own_body = OwnBody(robot)
         self._rates = SensorRates(robot)
         self.health: BodyHealth = HEALTHY
@@ -53,6 +57,8 @@ class Sensing:
             self._parts.telemetry.emit("body", text, source="body", level=level)
         self._record(observation)
         observation = self._since_begin(observation)
+        observation, frozen = self._frozen.removed(observation, pose)
+        self._report(frozen)
         self._rates.update(observation)
         observation = self._with_usable_pictures(observation, pose)
         self.image = next(iter(observation.of(Image).values()), self.image)
@@ -129,7 +135,10 @@ class Sensing:
         body = self._parts.body
         if isinstance(body, Replay) and body.recording_over:
             return
-        for event in self._sensors.update(observation, self._deskewer.dropped):
+        self._report(self._sensors.update(observation, self._deskewer.dropped))
+
+    def _report(self, events: Sequence[SensorEvent]) -> None:
+        for event in events:
             self._parts.telemetry.emit(
                 "sensor", event.text, source="perception",
                 level="warning" if event.fault else "info",
