@@ -63,7 +63,7 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
     Every run counts as broken that collides, fails, or misses a margin. Exit codes: 0 nothing was
     found, 1 the mission breaks.
     """
-    from missions.cli.sweep import tell
+    from missions.cli.sweeping import tell
     from missions.cli.tune import INTERRUPTED, duration
     from missions.falsify.falsifier import Falsifier, Trial, baseline, describe
     from missions.falsify.margin import margin_of, read_requirement
@@ -106,7 +106,7 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
 def _given(vary: list[str]) -> "list[Factor]":
     from functools import partial
 
-    from missions.cli.sweep import read_option
+    from missions.cli.sweeping import read_option
     from missions.sweeps.factors import read_factor
 
     return [
@@ -116,7 +116,7 @@ def _given(vary: list[str]) -> "list[Factor]":
 
 
 def _end(outcome: "Outcome", sweep: "Sweep", folder: Path) -> None:
-    from missions.cli.sweep import tell
+    from missions.cli.sweeping import tell
     from missions.falsify.falsifier import describe, figures_of
     from missions.falsify.reproduction import write_reproduction
 

@@ -43,7 +43,7 @@ def faults(  # noqa: PLR0913 - each is an option of the command
     ] = 0.0,
 ) -> None:  # fmt: skip
     """Run missions with each of many faults: a table of what became of them."""
-    from missions.cli.sweep import progress_of, tell
+    from missions.cli.sweeping import progress_of, tell
     from missions.cli.tune import INTERRUPTED, duration
     from missions.sweeps.report.suite_page import suite_page
     from missions.sweeps.runner import ExecutionSettings

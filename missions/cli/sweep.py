@@ -1,10 +1,9 @@
 """`treepilot sweep`: many runs of a mission, and what they show."""
 
-import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -12,18 +11,19 @@ from typer.core import TyperGroup
 from missions.cli import fault_suite
 from missions.cli.arguments import OtherRobot, Parameters, Settings, assignments
 from missions.cli.bench import named
+from missions.cli.sweeping import progress_of as _progress
+from missions.cli.sweeping import read_option as _read
+from missions.cli.sweeping import tell as _tell
 from missions.cli.tune import INTERRUPTED, duration
 from stack.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from missions.sweeps.claims import Condition
     from missions.sweeps.row import SweepRow
     from missions.sweeps.sweep import Sweep
     from missions.sweeps.sweep_file import SweepFile
-
-T = TypeVar("T")
 
 FAULTS = "--faults"
 
@@ -154,7 +154,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         },
     )  # fmt: skip
     sweep = _sweep_of(words, vary or [], robot)
-    claim = words.until if until is None else read_option("--until", read_claim, until)
+    claim = words.until if until is None else _read("--until", read_claim, until)
     conditions = _conditions(fail_if) if fail_if else words.fail_if
     execution = ExecutionSettings(
         words.values.get("jobs", 1),
@@ -168,13 +168,15 @@ def run(  # noqa: PLR0913 - each is an option of the command
         _print_runs(ready.sweep)
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
-    progress = progress_of(sweep.runs)
+    progress = _progress(sweep.runs)
     try:
         rows = run_sweep(ready, folder, execution, progress.update)
     except KeyboardInterrupt:
-        tell(f"interrupted; {folder.path} has the finished runs: run the command again to continue")
+        _tell(
+            f"interrupted; {folder.path} has the finished runs: run the command again to continue"
+        )
         raise typer.Exit(INTERRUPTED) from None
-    tell(progress.line(rows))
+    _tell(progress.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
     if claim is not None:
@@ -239,7 +241,7 @@ def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep"
 
     factors = {factor.name: factor for factor in words.factors}
     for name, text in assignments(vary, "--vary", "controller.cruise_speed=0.4,0.8").items():
-        factors[name] = read_option(f"--vary {name}={text}", partial(read_factor, name), text)
+        factors[name] = _read(f"--vary {name}={text}", partial(read_factor, name), text)
     values = words.values
     for option, allowed in (("design", DESIGNS), ("keep", KEEP)):
         if values.get(option, allowed[0]) not in allowed:
@@ -256,15 +258,7 @@ def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep"
 def _conditions(texts: list[str]) -> "list[Condition]":
     from missions.sweeps.claims import read_condition
 
-    return [read_option("--fail-if", read_condition, text) for text in texts]
-
-
-def read_option(option: str, read: "Callable[[str], T]", text: str) -> "T":
-    """Read the value of an option, which errors name."""
-    try:
-        return read(text)
-    except InputError as error:
-        raise InputError(f"{option}: {error}") from None
+    return [_read("--fail-if", read_condition, text) for text in texts]
 
 
 MOST_SHOWN = 10
@@ -298,24 +292,9 @@ def _summary(rows: "list[SweepRow]", folder: Path) -> list[str]:
     ]  # fmt: skip
 
 
-def progress_of(total: int) -> Any:
-    from missions.sweeps.progress import Progress
-
-    def show(line: str) -> None:
-        sys.stderr.write(f"\r{line}\x1b[K")
-        sys.stderr.flush()
-
-    return Progress(total, show, tell, overwrites=sys.stderr.isatty())
-
-
 def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
-        tell(condition.describe(rows))
+        _tell(condition.describe(rows))
     if any(condition.holds(rows) for condition in conditions):
         raise typer.Exit(1)
-
-
-def tell(line: str) -> None:
-    ahead = "\r\x1b[K" if sys.stderr.isatty() else ""
-    typer.echo(f"{ahead}{line}", err=True)

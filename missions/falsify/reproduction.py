@@ -13,12 +13,12 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from missions.execution.component_choices import NAVIGATION_KINDS
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.records.inputs import read_inputs
 from missions.execution.report import Report
 from missions.execution.running import execute
 from missions.execution.scene import PERSON, START_NUMBER
-from missions.language.reading.header import TOP_COMPONENTS
 from missions.sweeps.sweep import Sweep
 from stack.documents import read_file
 from stack.documents.rewriting import with_values
@@ -111,7 +111,7 @@ def _components(plan: PreparedMission, options: RunOptions) -> dict[tuple[str, .
     ]  # fmt: skip
     dotted.sort(key=lambda item: item[0][2] != "use")
     return {
-        ((kind, name) if kind in TOP_COMPONENTS else ("navigation", kind, name)): text
+        (("navigation", kind, name) if kind in NAVIGATION_KINDS else (kind, name)): text
         for (kind, _, name), text in dotted
     }
 
