@@ -80,7 +80,9 @@ class Edge:
     @property
     def covariance(self) -> FloatArray:
         """(3, 3) covariance in the order x, y, heading; finite where nothing is known."""
-        covariance: FloatArray = np.linalg.inv(self.information + LEAST_INFORMATION)
+        covariance: FloatArray = np.linalg.inv(self.information + LEAST_INFORMATION).astype(
+            np.float64
+        )
         return covariance
 
     @property
@@ -279,9 +281,7 @@ class PoseGraph:
             if seen is None or edge is None:
                 continue
             back = reversed_edge(edge)
-            moved = tuple(
-                carried(one, back.relative, back.covariance) for one in seen.candidates
-            )
+            moved = tuple(carried(one, back.relative, back.covariance) for one in seen.candidates)
             self.add_sighting(key, landmark.size, edge.target, Sighting(moved, seen.height))
 
 
