@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from math import hypot
 from os import sysconf
 from pathlib import Path
@@ -44,8 +44,8 @@ FROM_CORNERS = 1.6
 LAPS = 2
 """Laps of a session."""
 
-PATROL_PERIOD = 1.0
-"""Seconds between two scans of the day: 0.3 m/s."""
+PATROL_PERIOD, HOUR = 1.0, 3600.0
+"""Seconds between two scans of the day, at 0.3 m/s, and from row to row."""
 
 
 @dataclass
@@ -115,10 +115,11 @@ def corridors(seed: int, rng: np.random.Generator) -> Corridors:
 
 def day_table(hours: int, seed: int = 1) -> Rows:
     """Return a row for each hour of a patrol, by the estimator of a mission."""
-    rng, rows, count = stream(seed, "day"), [], round(3600.0 / PATROL_PERIOD)
+    rng, rows, count = stream(seed, "day"), [], round(HOUR / PATROL_PERIOD)
     house = corridors(seed, rng)
     way = _endless(house.bare, rng)
     first = next(way)
+    way = chain([first], way)
     wheels, frames = Wheels(first, rng), TransformBuffer()
     estimator = SlamEstimator(SlamParameters(), ROBOT, None, 1)
     estimator.start(first)
