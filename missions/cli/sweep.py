@@ -11,7 +11,8 @@ from typer.core import TyperGroup
 
 from missions.cli.arguments import OtherRobot, Parameters, Settings, assignments
 from missions.cli.bench import named
-from missions.cli.tune import INTERRUPTED, duration
+from missions.cli.interruptions import INTERRUPTED, ended_by_signals
+from missions.cli.tune import duration
 from stack.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,10 +58,10 @@ again to continue an interrupted sweep. docs/sweeps.md lists the figures of --fa
 
 
 class _Sweep(TyperGroup):
-    """Reads `sweep MISSION` as `sweep run MISSION`."""
+    """Reads `sweep MISSION` as `sweep run MISSION`, and `sweep --help` likewise."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        if args and args[0] not in (*self.commands, "--help", "-h"):
+        if args and args[0] not in self.commands:
             args = ["run", *args]
         return super().parse_args(ctx, args)
 
@@ -120,7 +121,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
         bool, typer.Option("--dry-run", help="check it, print the first runs, and end")
     ] = False,
 ) -> None:
-    """Run a mission many times, over seeds and factors."""
+    """Run a mission many times, over seeds and factors.
+
+    `treepilot sweep report DIR` writes the page about a sweep, or two.
+    """
     from missions.sweeps.checking import checked
     from missions.sweeps.claims import read_claim
     from missions.sweeps.runner import SILENCE, ExecutionSettings, run_sweep
@@ -163,7 +167,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
     progress = _progress(sweep.runs)
     try:
-        rows = run_sweep(ready, folder, execution, progress.update)
+        with ended_by_signals():
+            rows = run_sweep(ready, folder, execution, progress.update)
     except KeyboardInterrupt:
         _tell(
             f"interrupted; {folder.path} has the finished runs: run the command again to continue"
@@ -215,7 +220,7 @@ def report(
     conditions = _conditions(fail_if or [])
     results = [read_results(folder) for folder in folders]
     file = out or folders[0] / "report.html"
-    file.write_text(page_of(results, file.parent), "utf-8")
+    file.write_text(page_of(results), "utf-8")
     typer.echo(str(file))
     _end(conditions, results[-1].rows)
 

@@ -7,9 +7,8 @@ from typing import Annotated
 import typer
 
 from missions.cli.arguments import OtherRobot, Settings, assignments
+from missions.cli.interruptions import INTERRUPTED
 from stack.errors import InputError, ParameterError
-
-INTERRUPTED = 130
 
 EPILOG = """
 \b

@@ -35,9 +35,11 @@ class Progress:
         self._before: int | None = None
 
     def update(self, rows: Sequence[SweepRow]) -> None:
-        """Show the runs that are over, if it is time."""
+        """Show the runs that are over, if it is time; the first call says how many were before."""
         if self._before is None:
             self._before = len(rows)
+            if rows:
+                self._tell(f"{len(rows)} of {self._total} runs are already there")
         period, show = (
             (TERMINAL_PERIOD, self._show) if self._overwrites else (PLAIN_PERIOD, self._tell)
         )

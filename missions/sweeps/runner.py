@@ -30,7 +30,7 @@ SILENCE = 300.0
 The kernels of a fresh installation compile in less."""
 
 Follow = Callable[[list[SweepRow]], None]
-"""Gets all rows so far, after each run and at times in between."""
+"""Gets all rows so far: before the first run, after each one, and at times in between."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,7 @@ def run_sweep(
     """
     with folder.open_journal() as journal:
         rows = folder.begin(checked)
+        follow(rows)
         try:
             _fill(journal, rows, checked, folder, execution, follow)
         finally:
