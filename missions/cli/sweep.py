@@ -1,6 +1,5 @@
 """`treepilot sweep`: many runs of a mission, and what they show."""
 
-import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,7 @@ from typer.core import TyperGroup
 
 from missions.cli.arguments import OtherRobot, Parameters, Settings, assignments
 from missions.cli.bench import named
-from missions.cli.interruptions import INTERRUPTED, ended_by_signals
+from missions.cli.sweep_runs import interruptible, progress, tell
 from missions.cli.tune import duration
 from stack.errors import InputError
 
@@ -165,16 +164,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
         _print_runs(ready.sweep)
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
-    progress = _progress(sweep.runs)
-    try:
-        with ended_by_signals():
-            rows = run_sweep(ready, folder, execution, progress.update)
-    except KeyboardInterrupt:
-        _tell(
-            f"interrupted; {folder.path} has the finished runs: run the command again to continue"
-        )
-        raise typer.Exit(INTERRUPTED) from None
-    _tell(progress.line(rows))
+    shown = progress(sweep.runs)
+    with interruptible(folder.path):
+        rows = run_sweep(ready, folder, execution, shown.update)
+    tell(shown.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
     if claim is not None:
@@ -298,24 +291,9 @@ def _summary(rows: "list[SweepRow]", folder: Path) -> list[str]:
     ]  # fmt: skip
 
 
-def _progress(total: int) -> Any:
-    from missions.sweeps.progress import Progress
-
-    def show(line: str) -> None:
-        sys.stderr.write(f"\r{line}\x1b[K")
-        sys.stderr.flush()
-
-    return Progress(total, show, _tell, overwrites=sys.stderr.isatty())
-
-
 def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
-        _tell(condition.describe(rows))
+        tell(condition.describe(rows))
     if any(condition.holds(rows) for condition in conditions):
         raise typer.Exit(1)
-
-
-def _tell(line: str) -> None:
-    ahead = "\r\x1b[K" if sys.stderr.isatty() else ""
-    typer.echo(f"{ahead}{line}", err=True)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from missions.cli.arguments import OtherRobot, Settings, assignments
-from missions.cli.interruptions import INTERRUPTED
+from missions.cli.sweep_runs import INTERRUPTED
 from stack.errors import InputError, ParameterError
 
 EPILOG = """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.resources import MISSIONS
 from missions.sweeps.design import BY_SCIPY
 from missions.sweeps.factors import NORMAL, Factor
-from missions.sweeps.sweep import ROBOT, START, WORLD, Sweep, check_runs
+from missions.sweeps.sweep import SCENE, Sweep, check_runs
 from robots.bodies import body_kind
 from stack.errors import InputError
 from stack.optional_packages import SCIPY
@@ -49,7 +49,7 @@ def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
     if sweep.design in BY_SCIPY:
         SCIPY.require(f"the design {sweep.design} needs")
     check_runs(sweep)
-    plan = prepare(sweep.mission, sweep.options({}, sweep.seed))
+    plan = _prepared(sweep, {})
     plans = [plan]
     factors = []
     for factor in sweep.factors:
@@ -80,7 +80,7 @@ def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[st
 def _check_name(factor: Factor, plan: PreparedMission) -> None:
     """Raise InputError for a name that is neither an argument nor that of a component."""
     name = factor.name
-    known = [*plan.mission.arguments, WORLD, ROBOT, START]
+    known = [*plan.mission.arguments, *SCENE]
     if "." not in name and name not in known:
         raise InputError(
             f"the mission {plan.mission.source.name} has no argument {name!r}",
@@ -89,9 +89,13 @@ def _check_name(factor: Factor, plan: PreparedMission) -> None:
         )
 
 
+def _prepared(sweep: Sweep, settings: Mapping[str, str]) -> PreparedMission:
+    return prepare(sweep.mission_of(settings), sweep.options(settings, sweep.seed))
+
+
 def _tried(sweep: Sweep, factor: Factor, text: str) -> PreparedMission:
     try:
-        return prepare(sweep.mission, sweep.options({factor.name: text}, sweep.seed))
+        return _prepared(sweep, {factor.name: text})
     except InputError as error:
         cut = f" (the distribution is cut at 3 deviations: {' to '.join(factor.probes)})"
         where = cut if factor.kind == NORMAL else ""
@@ -105,7 +109,7 @@ def _is_whole(sweep: Sweep, factor: Factor) -> bool:
     low, high = factor.ends
     fraction = f"{low + FRACTION * (high - low)!r} {factor.unit}".rstrip()
     try:
-        prepare(sweep.mission, sweep.options({factor.name: fraction}, sweep.seed))
+        _prepared(sweep, {factor.name: fraction})
     except InputError:
         return True
     return False

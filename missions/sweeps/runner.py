@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from io import RawIOBase
+from pathlib import Path
 from time import perf_counter
 
 from missions.bench.processes import ProcessEnded, results
@@ -16,11 +17,15 @@ from missions.sweeps.checking import CheckedSweep
 from missions.sweeps.claims import Claim, Decision
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
+from missions.sweeps.sweep import SCENE
 from missions.sweeps.table import SweepFolder, place_of
 from missions.sweeps.worker import SweepInputs, start_worker
 
 RUNS_PER_PROCESS = 200
 """A process is replaced after so many runs: each leaves some memory behind (docs/sweeps.md)."""
+
+SCENES_PER_PROCESS = 40
+"""The same if robot or world change: PyBullet keeps the meshes of each, about 10 MB a world."""
 
 TABLE_PERIOD = 60.0
 """Wall seconds between two writes of the table."""
@@ -77,14 +82,10 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
     if decision is not None and decision.verdict is not None:
         return
     inputs = SweepInputs(checked.sweep, folder.runs)
-    made = results(
-        partial(start_worker, inputs), _missing(checked, rows), execution.jobs, RUNS_PER_PROCESS,
-        silence=execution.silence, on_poll=lambda: follow(rows),
-    )  # fmt: skip
+    made = made_rows(inputs, _missing(checked, rows), execution, lambda: follow(rows))
     tabulated = perf_counter()
-    with closing(made):  # type: ignore[type-var]
-        for run, result in made:
-            row = _row(run, result, folder)
+    with closing(made):
+        for row in made:
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
@@ -97,13 +98,38 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
                 tabulated = perf_counter()
 
 
+def made_rows(
+    inputs: SweepInputs, runs: Iterable[RunDescription], execution: ExecutionSettings,
+    on_poll: Callable[[], None] = lambda: None,
+) -> Generator[SweepRow, None, None]:  # fmt: skip
+    """Make runs in the processes of this machine; yield their rows as the runs finish.
+
+    Closing the generator ends the processes.
+
+    Args:
+        inputs: of all runs.
+        runs: each is taken when a process is free, after the rows so far: it may depend on them.
+        execution: number of processes and their limits.
+        on_poll: called at times.
+    """
+    several = any(factor.name in SCENE for factor in inputs.sweep.factors)
+    made = results(
+        partial(start_worker, inputs), runs, execution.jobs,
+        RUNS_PER_PROCESS if not several else SCENES_PER_PROCESS,
+        silence=execution.silence, on_poll=on_poll,
+    )  # fmt: skip
+    with closing(made):  # type: ignore[type-var]
+        for run, result in made:
+            yield _row(run, result, inputs.runs)
+
+
 def _missing(checked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
     done = {row.number for row in rows}
     return (run for run in checked.sweep.descriptions() if run.number not in done)
 
 
 def _row(
-    run: RunDescription, result: SweepRow | ProcessEnded | BaseException, folder: SweepFolder
+    run: RunDescription, result: SweepRow | ProcessEnded | BaseException, folders: Path
 ) -> SweepRow:
     """Return the row of a run; of one whose process has ended, with the records up to its end."""
     if isinstance(result, SweepRow):
@@ -112,6 +138,6 @@ def _row(
         raise result
     outcome = HUNG if result.hung else KILLED if result.killed else CRASHED
     row = SweepRow.without_figures(run, outcome, result.reason, versions())
-    place = place_of(folder.runs, run.number)
+    place = place_of(folders, run.number)
     kept = next(filter(is_run_folder, (place, *place.glob("*"))), None)  # see RunMaker._folder
-    return row if kept is None else replace(row, folder=str(kept.relative_to(folder.path)))
+    return row if kept is None else replace(row, folder=str(kept.relative_to(folders.parent)))

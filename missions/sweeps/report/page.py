@@ -166,7 +166,8 @@ def _example(results: Results, row: SweepRow) -> str:
 def run_command(results: Results, row: SweepRow) -> str:
     """Return the command that makes a run again, with its records."""
     options = results.sweep.options(row.settings, row.seed)
-    words = ["treepilot", "run", results.sweep.mission, "--seed", str(row.seed), "--forget-kept"]
+    mission = results.sweep.mission_of(row.settings)
+    words = ["treepilot", "run", mission, "--seed", str(row.seed), "--forget-kept"]
     for option, value in (("--robot", options.robot), ("--world", options.world),
                           ("--start", options.start)):  # fmt: skip
         words += [] if value is None else [option, value]
@@ -214,7 +215,7 @@ def _sensitivity(results: Results) -> str:
 
 def _places(results: Results) -> str:
     maps = [
-        f"<div class='run'>{f'<b>{_safe(Path(name).stem)}</b>' if name else ''}{figure}</div>"
+        f"<div class='run'>{f'<b>{_safe(name)}</b>' if name else ''}{figure}</div>"
         for name, figure in failure_maps(results)
     ]
     return f'<div class="runs">{"".join(maps)}</div>' if maps else ""

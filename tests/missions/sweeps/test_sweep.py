@@ -220,18 +220,18 @@ def test_processes_that_end_are_outcomes(tmp_path):
         "crashed": ProcessEnded("the process was ended by SIGSEGV"),
     }
     for outcome, end in ends.items():
-        row = runner._row(run, end, folder)
+        row = runner._row(run, end, folder.runs)
         assert (row.number, row.outcome, row.reason) == (3, outcome, end.reason)
         assert row.folder == ""
     (tmp_path / "runs" / "00003").mkdir(parents=True)
     for name in ("events.jsonl", "mission.yaml"):
         (tmp_path / "runs" / "00003" / name).touch()
-    assert runner._row(run, ends["killed"], folder).folder == "runs/00003"
+    assert runner._row(run, ends["killed"], folder.runs).folder == "runs/00003"
     named = tmp_path / "runs" / "00003" / "count"  # of a mission that keeps values
     named.mkdir()
     for name in ("events.jsonl", "mission.yaml"):
         (named.parent / name).rename(named / name)
-    assert runner._row(run, ends["killed"], folder).folder == "runs/00003/count"
+    assert runner._row(run, ends["killed"], folder.runs).folder == "runs/00003/count"
 
 
 def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
