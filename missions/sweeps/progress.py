@@ -56,7 +56,8 @@ class Progress:
         if not made:
             return text
         pace = made / max(minutes, 1e-9)
-        return f"{text}, {pace:.1f} runs a minute, {_duration((self._total - done) / pace)} left"
+        left = duration_text((self._total - done) / pace)
+        return f"{text}, {pace:.1f} runs a minute, {left} left"
 
 
 def rate_text(rows: Sequence[SweepRow]) -> str:
@@ -68,7 +69,8 @@ def rate_text(rows: Sequence[SweepRow]) -> str:
     return f"success {successes / runs:.1%} ({low:.1%} to {high:.1%})"
 
 
-def _duration(minutes: float) -> str:
+def duration_text(minutes: float) -> str:
+    """Return a number of minutes with the unit that suits it."""
     seconds = round(60.0 * minutes)
     if seconds < 90:
         return f"{seconds} s"
