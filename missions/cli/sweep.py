@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from missions.cli.arguments import OtherRobot, Parameters, Settings, assignments
 from missions.cli.bench import named
-from missions.cli.sweep_runs import interruptible, progress, tell
+from missions.cli.sweep_runs import Cluster, check_cluster, interruptible, progress, tell
 from missions.cli.tune import duration
 from stack.errors import InputError
 
@@ -95,6 +95,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="of the first run [default: 0]")] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="processes [default: 1]")] = None,
+    cluster: Cluster = None,
     out: Annotated[
         Path | None, typer.Option(help="folder of the results [default: sweeps/MISSION]")
     ] = None,
@@ -134,7 +135,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else EMPTY
     given = {
         "runs": runs, "design": design, "worlds": worlds, "seed": seed, "jobs": jobs,
-        "out": out, "keep": keep,
+        "cluster": cluster, "out": out, "keep": keep,
         "time_limit": None if time_limit is None else duration(time_limit, "--time-limit"),
         "hang_after": None if hang_after is None else duration(hang_after, "--hang-after"),
     }  # fmt: skip
@@ -156,7 +157,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
         words.values.get("jobs", 1),
         claim,
         words.values.get("hang_after", SILENCE),
+        words.values.get("cluster", ""),
     )
+    check_cluster(words.values.get("cluster"), words.values.get("jobs"))
     if claim is not None:
         check_claim(sweep)
     ready = checked(sweep, words.refusal)

@@ -6,9 +6,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Annotated, Any
 
 import typer
+
+from stack.errors import InputError
+
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="Dask scheduler whose workers make the runs: tcp://HOST:PORT"
+    ),
+]
 
 INTERRUPTED = 130
 """Exit code."""
@@ -42,6 +51,24 @@ def interruptible(folder: Path) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def check_cluster(cluster: str | None, jobs: int | None) -> None:
+    """Refuse `--cluster` without Dask, or with `--jobs`.
+
+    Raises:
+        InputError: either is so.
+    """
+    from stack.optional_packages import DISTRIBUTED
+
+    if cluster is None:
+        return
+    if jobs is not None:
+        raise InputError(
+            "--jobs is the number of processes of this machine, and --cluster uses others",
+            "leave --jobs out: the runs are made by as many processes as the cluster has",
+        )
+    DISTRIBUTED.require("--cluster needs")
 
 
 def progress(total: int) -> Any:

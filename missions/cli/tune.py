@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from missions.cli.arguments import OtherRobot, Settings, assignments
+from missions.cli.sweep_runs import Cluster, check_cluster, interruptible, tell
 from stack.errors import InputError, ParameterError
 
 MOST_RUNS = 1_000_000
@@ -68,7 +69,8 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     confirm: Annotated[
         int, typer.Option(min=0, help="seeds held out, on which the best settings are compared")
     ] = 3,
-    jobs: Annotated[int, typer.Option(min=1, help="parallel processes")] = 1,
+    jobs: Annotated[int | None, typer.Option(min=1, help="parallel processes [default: 1]")] = None,
+    cluster: Cluster = None,
     out: Annotated[
         Path | None, typer.Option(help="output folder [default: tune/<mission>]")
     ] = None,
@@ -84,7 +86,6 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     set_: Settings = None,
 ) -> None:
     """Search parameter values in simulation, by Optuna, and keep the best."""
-    from missions.cli.sweep_runs import interruptible, tell
     from missions.sweeps.checking import checked
     from missions.sweeps.factors import read_factor
     from missions.sweeps.runner import ExecutionSettings
@@ -95,6 +96,7 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     from stack.optional_packages import OPTUNA
 
     OPTUNA.require("`treepilot tune` needs")
+    check_cluster(cluster, jobs)
     folder = out or Path("tune") / Path(mission).stem
     weights = read_weights(assignments(weight or [], "--weight", "time=2"))
     objectives = read_objectives(minimise or [], maximise or [], weights)
@@ -111,8 +113,9 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     )  # fmt: skip
     ready = checked(sweep, lambda one, error: InputError(f"--try {one.name}: {error}"))
     options = TuneOptions(
-        folder, objectives, samples, seeds, confirm, sampling_seed, ExecutionSettings(jobs)
-    )
+        folder, objectives, samples, seeds, confirm, sampling_seed,
+        ExecutionSettings(jobs or 1, cluster=cluster or ""),
+    )  # fmt: skip
     tuning = Tuning(ready, options, tell)
     with interruptible(folder):
         try:

@@ -31,10 +31,12 @@ class CheckedSweep:
     Attributes:
         sweep: with factors of whole numbers as such.
         files: digest of each file that its missions read, by name.
+        paths: of these files, absolute.
     """
 
     sweep: Sweep
     files: dict[str, str]
+    paths: tuple[Path, ...] = ()
 
 
 def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
@@ -61,11 +63,11 @@ def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
         factors.append(replace(factor, whole=_is_whole(sweep, factor)))
     for one in plans:
         _check_body(one)
-    files = {
-        _name(file, plan): digest(file.read_bytes())
-        for one in plans for file in dict.fromkeys([*one.read, *one.files]) if file.is_file()
-    }  # fmt: skip
-    return CheckedSweep(replace(sweep, factors=tuple(factors)), files)
+    paths = dict.fromkeys(
+        file for one in plans for file in (*one.read, *one.files) if file.is_file()
+    )  # fmt: skip
+    files = {_name(file, plan): digest(file.read_bytes()) for file in paths}
+    return CheckedSweep(replace(sweep, factors=tuple(factors)), files, tuple(paths))
 
 
 def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[str]:

@@ -46,11 +46,13 @@ class ExecutionSettings:
         jobs: processes.
         until: claim that ends the sweep once it is decided.
         silence: seconds computed, or idle, without a step after which a run counts as hung.
+        cluster: address of a Dask scheduler, whose workers make the runs; empty: this machine's.
     """
 
     jobs: int = 1
     until: Claim | None = None
     silence: float = SILENCE
+    cluster: str = ""
 
 
 def run_sweep(
@@ -81,7 +83,7 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
     decision = None if execution.until is None else Decision(execution.until, rows)
     if decision is not None and decision.verdict is not None:
         return
-    inputs = SweepInputs(checked.sweep, folder.runs)
+    inputs = SweepInputs(checked.sweep, folder.runs, checked.paths)
     made = made_rows(inputs, _missing(checked, rows), execution, lambda: follow(rows))
     tabulated = perf_counter()
     with closing(made):
@@ -102,9 +104,9 @@ def made_rows(
     inputs: SweepInputs, runs: Iterable[RunDescription], execution: ExecutionSettings,
     on_poll: Callable[[], None] = lambda: None,
 ) -> Generator[SweepRow, None, None]:  # fmt: skip
-    """Make runs in the processes of this machine; yield their rows as the runs finish.
+    """Make runs in the processes of this machine, or of a cluster; yield rows as runs finish.
 
-    Closing the generator ends the processes.
+    Closing the generator ends the processes; a cluster's cancel their runs.
 
     Args:
         inputs: of all runs.
@@ -112,6 +114,11 @@ def made_rows(
         execution: number of processes and their limits.
         on_poll: called at times.
     """
+    if execution.cluster:
+        from missions.sweeps.cluster import cluster_rows  # imports Dask
+
+        yield from cluster_rows(execution.cluster, inputs, runs, execution.silence, on_poll)
+        return
     several = any(factor.name in SCENE for factor in inputs.sweep.factors)
     made = results(
         partial(start_worker, inputs), runs, execution.jobs,

@@ -59,12 +59,14 @@ class SweepInputs:
     Attributes:
         sweep: the mission, its factors and options.
         runs: folder of the run folders, absolute.
+        paths: files that its missions read, absolute; only machines of a cluster need them.
         diagnoses: whether a failure runs again with records, for its cause.
         measures_driving: whether rows have the figures of `row.DRIVING`.
     """
 
     sweep: Sweep
     runs: Path
+    paths: tuple[Path, ...] = ()
     diagnoses: bool = True
     measures_driving: bool = False
 

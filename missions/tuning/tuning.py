@@ -230,7 +230,8 @@ class Tuning:
 
     def _make(self, journal: RawIOBase, runs: Iterable[RunDescription]) -> None:
         inputs = SweepInputs(
-            self._sweep, self._folder.runs, diagnoses=False, measures_driving=True
+            self._sweep, self._folder.runs, self._checked.paths, diagnoses=False,
+            measures_driving=True,
         )  # fmt: skip
         with closing(made_rows(inputs, runs, self.options.execution)) as made:
             for row in made:

@@ -258,7 +258,7 @@ def test_an_interrupted_command_prints_what_there_is(tmp_path, formula, monkeypa
         if line.startswith("   2/3"):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("missions.cli.sweep_runs.tell", stop)
+    monkeypatch.setattr("missions.cli.tune.tell", stop)
     words = ["tune", MISSION, "--set", f"goal={NEAR}", "--samples", "3", "--seeds", "1"]
     words += [f"--try={name}={text}" for name, text in SPEED.items()]
     done = CliRunner().invoke(app, [*words, "--out", str(tmp_path / "t")])
