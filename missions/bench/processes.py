@@ -129,7 +129,7 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
 
     Args:
         start: of each process.
-        entries: arguments, taken when a process is free.
+        entries: arguments. Each is taken when a process is free, after the results so far.
         jobs: number of processes.
         runs_per_process: a process is replaced after so many runs.
         silence: seconds that a run may compute, or do nothing, since it began or was alive; then it
@@ -139,17 +139,20 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
     waiting = iter(entries)
     silence = LONGEST_RUN if silence is None else silence
     workers: list[_Worker] = []
-    following: list[E] = list(islice(waiting, 1))
 
-    def employ(worker: _Worker) -> None:
-        worker.give(following.pop())
-        following.extend(islice(waiting, 1))
+    def employed(worker: _Worker) -> bool:
+        for entry in islice(waiting, 1):
+            worker.give(entry)
+            return True
+        return False
 
     try:
-        while following or workers:
-            while following and len(workers) < jobs:
+        while True:
+            while len(workers) < jobs and (following := [*islice(waiting, 1)]):
                 workers.append(_Worker(start, silence))
-                employ(workers[-1])
+                workers[-1].give(following[0])
+            if not workers:
+                return
             began, left = perf_counter(), min(worker.left for worker in workers)
             wait([worker.connection for worker in workers], min(left, POLL_PERIOD))
             waited = min(POLL_PERIOD, perf_counter() - began)  # without the time of Ctrl-Z
@@ -158,13 +161,11 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
             on_poll()
             for worker in [one for one in workers if one.connection.poll() or not one.left]:
                 entry, result = worker.entry, worker.result()
+                yield entry, result  # what it tells may decide about the next entry
                 over = isinstance(result, ProcessEnded) or worker.given >= runs_per_process
-                if over or not following:
+                if over or not employed(worker):
                     worker.end()
                     workers.remove(worker)
-                else:
-                    employ(worker)
-                yield entry, result
     finally:
         for worker in workers:
             worker.end()

@@ -1,6 +1,5 @@
 """`treepilot sweep`: many runs of a mission, and what they show."""
 
-import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,8 @@ from typer.core import TyperGroup
 
 from missions.cli.arguments import OtherRobot, Parameters, Settings, assignments
 from missions.cli.bench import named
-from missions.cli.tune import INTERRUPTED, duration
+from missions.cli.sweep_runs import Cluster, check_cluster, interruptible, progress, tell
+from missions.cli.tune import duration
 from stack.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,10 +57,10 @@ again to continue an interrupted sweep. docs/sweeps.md lists the figures of --fa
 
 
 class _Sweep(TyperGroup):
-    """Reads `sweep MISSION` as `sweep run MISSION`."""
+    """Reads `sweep MISSION` as `sweep run MISSION`, and `sweep --help` likewise."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        if args and args[0] not in (*self.commands, "--help", "-h"):
+        if args and args[0] not in self.commands:
             args = ["run", *args]
         return super().parse_args(ctx, args)
 
@@ -95,6 +95,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="of the first run [default: 0]")] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="processes [default: 1]")] = None,
+    cluster: Cluster = None,
     out: Annotated[
         Path | None, typer.Option(help="folder of the results [default: sweeps/MISSION]")
     ] = None,
@@ -120,7 +121,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
         bool, typer.Option("--dry-run", help="check it, print the first runs, and end")
     ] = False,
 ) -> None:
-    """Run a mission many times, over seeds and factors."""
+    """Run a mission many times, over seeds and factors.
+
+    `treepilot sweep report DIR` writes the page about a sweep, or two.
+    """
     from missions.sweeps.checking import checked
     from missions.sweeps.claims import read_claim
     from missions.sweeps.runner import SILENCE, ExecutionSettings, run_sweep
@@ -131,7 +135,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else EMPTY
     given = {
         "runs": runs, "design": design, "worlds": worlds, "seed": seed, "jobs": jobs,
-        "out": out, "keep": keep,
+        "cluster": cluster, "out": out, "keep": keep,
         "time_limit": None if time_limit is None else duration(time_limit, "--time-limit"),
         "hang_after": None if hang_after is None else duration(hang_after, "--hang-after"),
     }  # fmt: skip
@@ -153,7 +157,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
         words.values.get("jobs", 1),
         claim,
         words.values.get("hang_after", SILENCE),
+        words.values.get("cluster", ""),
     )
+    check_cluster(words.values.get("cluster"), words.values.get("jobs"))
     if claim is not None:
         check_claim(sweep)
     ready = checked(sweep, words.refusal)
@@ -161,15 +167,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
         _print_runs(ready.sweep)
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
-    progress = _progress(sweep.runs)
-    try:
-        rows = run_sweep(ready, folder, execution, progress.update)
-    except KeyboardInterrupt:
-        _tell(
-            f"interrupted; {folder.path} has the finished runs: run the command again to continue"
-        )
-        raise typer.Exit(INTERRUPTED) from None
-    _tell(progress.line(rows))
+    shown = progress(sweep.runs)
+    with interruptible(folder.path):
+        rows = run_sweep(ready, folder, execution, shown.update)
+    tell(shown.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
     if claim is not None:
@@ -215,7 +216,7 @@ def report(
     conditions = _conditions(fail_if or [])
     results = [read_results(folder) for folder in folders]
     file = out or folders[0] / "report.html"
-    file.write_text(page_of(results, file.parent), "utf-8")
+    file.write_text(page_of(results), "utf-8")
     typer.echo(str(file))
     _end(conditions, results[-1].rows)
 
@@ -293,24 +294,9 @@ def _summary(rows: "list[SweepRow]", folder: Path) -> list[str]:
     ]  # fmt: skip
 
 
-def _progress(total: int) -> Any:
-    from missions.sweeps.progress import Progress
-
-    def show(line: str) -> None:
-        sys.stderr.write(f"\r{line}\x1b[K")
-        sys.stderr.flush()
-
-    return Progress(total, show, _tell, overwrites=sys.stderr.isatty())
-
-
 def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
-        _tell(condition.describe(rows))
+        tell(condition.describe(rows))
     if any(condition.holds(rows) for condition in conditions):
         raise typer.Exit(1)
-
-
-def _tell(line: str) -> None:
-    ahead = "\r\x1b[K" if sys.stderr.isatty() else ""
-    typer.echo(f"{ahead}{line}", err=True)

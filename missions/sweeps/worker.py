@@ -12,16 +12,20 @@ import gc
 import resource
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
+from statistics import mean
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Any
 
+from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.processes import Alive
+from missions.bench.shortest_path import shortest_path_lengths
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import versions
@@ -37,8 +41,9 @@ from missions.sweeps.table import place_of
 from robots.bodies import BodySetup, MakeBody, Simulated, body_kind
 from robots.simulated import SimulatedBody
 from stack.body import Body
-from stack.errors import InputError, exception_sentence, traceback_text
+from stack.errors import InputError, NavigationError, exception_sentence, traceback_text
 from stack.sim.simulation import Simulation
+from stack.types import Pose2D
 
 PLANS = 32
 """Prepared missions that a process keeps."""
@@ -54,10 +59,16 @@ class SweepInputs:
     Attributes:
         sweep: the mission, its factors and options.
         runs: folder of the run folders, absolute.
+        paths: files that its missions read, absolute; only machines of a cluster need them.
+        diagnoses: whether a failure runs again with records, for its cause.
+        measures_driving: whether rows have the figures of `row.DRIVING`.
     """
 
     sweep: Sweep
     runs: Path
+    paths: tuple[Path, ...] = ()
+    diagnoses: bool = True
+    measures_driving: bool = False
 
 
 def start_worker(inputs: SweepInputs, alive: Alive) -> RunMaker:
@@ -112,7 +123,8 @@ class RunMaker:
         row = _row(run, self._executed(plan, run, folder), prepared)
         if folder is not None:
             return self._diagnosed(row, folder, kept=True)
-        return row if row.is_success else self._repeated(plan, run, row)
+        is_done = row.is_success or not self._inputs.diagnoses
+        return row if is_done else self._repeated(plan, run, row)
 
     def _repeated(self, plan: PreparedMission, run: RunDescription, row: SweepRow) -> SweepRow:
         """Run again with records; return the row with what they tell, or as it is without them."""
@@ -128,7 +140,8 @@ class RunMaker:
 
     def _prepared(self, settings: tuple[tuple[str, str], ...]) -> PreparedMission:
         sweep = self._inputs.sweep
-        return prepare(sweep.mission, sweep.options(dict(settings), sweep.seed))
+        chosen = dict(settings)
+        return prepare(sweep.mission_of(chosen), sweep.options(chosen, sweep.seed))
 
     def _executed(
         self, plan: PreparedMission, run: RunDescription, folder: Path | None
@@ -139,8 +152,11 @@ class RunMaker:
         make_body = None
         if plan.recording is None and body_kind(plan.robot.body) is Simulated:
             make_body = self._simulations.body_of(plan, options)
-        report = execute(plan, options, make_body=make_body, watch=watch)
-        return _Executed(report, watch.is_late)
+        recorder = DriveRecorder() if self._inputs.measures_driving else None
+        sinks = [] if recorder is None else [recorder]
+        report = execute(plan, options, sinks, make_body=make_body, watch=watch)
+        driving = {} if recorder is None else _driving(plan, report, recorder)
+        return _Executed(report, watch.is_late, driving)
 
     def _folder(self, run: RunDescription, plan: PreparedMission) -> Path:
         """Return the empty folder of a run.
@@ -247,6 +263,37 @@ class _Watch(RunWatch):
 class _Executed:
     report: Report
     is_late: bool
+    driving: Mapping[str, Any]
+
+
+def _driving(
+    plan: PreparedMission, report: Report, recorder: DriveRecorder
+) -> dict[str, float | None]:
+    """Return the figures of `row.DRIVING`."""
+    errors = [goal.distance_to(truth) for goal, truth in recorder.reached]
+    shortest = _shortest(plan, [truth for _, truth in recorder.reached])
+    detour = report.distance_m / shortest if report.distance_m and shortest else None
+    return {
+        "detour": _rounded(detour),
+        "turning": _rounded(recorder.turning), "jerk": _rounded(recorder.jerk),
+        "goal_error": _rounded(mean(errors) if errors else None),
+    }  # fmt: skip
+
+
+def _shortest(plan: PreparedMission, stops: Sequence[Pose2D]) -> float | None:
+    """Return the shortest length from the start over all stops, metres; straight without a path."""
+    if not stops:
+        return None
+    chain = [plan.start, *stops]
+    path_length = shortest_path_lengths(plan.world, plan.robot, chain)
+
+    def length(here: Pose2D, there: Pose2D) -> float:
+        try:
+            return path_length(here, there)
+        except NavigationError:
+            return here.distance_to(there)
+
+    return sum(length(here, there) for here, there in pairwise(chain))
 
 
 def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
@@ -254,7 +301,8 @@ def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
     report = executed.report
     error = report.localisation_error or {}
     end = report.final_pose.get("truth") or report.final_pose.get("estimate") or {}
-    outcomes = {"error": CRASHED, "interrupted": TIME_LIMIT, "success": SUCCESS, "failure": FAILURE}
+    # Without the time limit only the end of a recording interrupts a run.
+    outcomes = {"error": CRASHED, "interrupted": FAILURE, "success": SUCCESS, "failure": FAILURE}
     return SweepRow(
         run.number, run.seed, dict(run.settings),
         outcome=TIME_LIMIT if executed.is_late else outcomes.get(report.status, report.status),
@@ -274,6 +322,7 @@ def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
         start_seconds=round(prepared + report.time_to_first_tick, 3),
         event_hash=report.log_sha256,
         versions=report.versions,
+        **executed.driving,
     )  # fmt: skip
 
 
