@@ -62,6 +62,7 @@ GTSAM = Package("gtsam", "gtsam>=4.3,<5")
 """Pose graphs. A dependency of treepilot: it is missing only where it has no wheel."""
 
 FOXGLOVE = Package("foxglove", "treepilot[foxglove]")
+GYMNASIUM = Package("gymnasium", "treepilot[gym]")
 MODERNGL = Package("moderngl", "treepilot[gl]")
 PINOCCHIO = Package("pinocchio", "treepilot[arm]")
 PYGLS = Package("pygls", "treepilot[lsp]")
