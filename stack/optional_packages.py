@@ -63,6 +63,7 @@ GTSAM = Package("gtsam", "gtsam>=4.3,<5")
 
 FOXGLOVE = Package("foxglove", "treepilot[foxglove]")
 DISTRIBUTED = Package("distributed", "treepilot[cluster]")
+GYMNASIUM = Package("gymnasium", "treepilot[gym]")
 MODERNGL = Package("moderngl", "treepilot[gl]")
 OPTUNA = Package("optuna", "treepilot[tune]")
 PINOCCHIO = Package("pinocchio", "treepilot[arm]")

@@ -26,7 +26,7 @@ FOUNDATION = {
     "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.kernel_cache", "stack.patience", "stack.child_process",
-    "stack.worker_thread", "stack.optional_packages", "stack.clock",
+    "stack.worker_thread", "stack.optional_packages", "stack.clock", "stack.networks",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -55,6 +55,7 @@ MAY_IMPORT = {
     "stack.columns": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
+    "stack.networks": {"stack.errors", "stack.child_process", "stack.documents.files"},
     "stack.geometry": {"stack.types", "stack.kernel_cache"},
     "stack.frames": {
         "stack.types", "stack.errors", "stack.kernel_cache", "stack.compilation",
@@ -124,6 +125,9 @@ MAY_IMPORT = {
     },
     "missions.bench": {"missions.execution", "missions.map_picture", "stack"},
     "missions.tuning": {"missions.execution", "missions.inspection", "missions.sweeps", "stack"},
+    "missions.learning": {
+        "missions.execution", "missions.language", "missions.map_picture", "robots", "stack",
+    },
     "missions.sweeps": {
         "missions.execution", "missions.inspection", "missions.bench", "robots", "stack",
     },

@@ -26,11 +26,12 @@ from typing import Any
 from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.processes import Alive
 from missions.bench.shortest_path import shortest_path_lengths
-from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.report import Report
 from missions.execution.resources import versions
 from missions.execution.run import Run, RunWatch
 from missions.execution.running import execute
+from missions.execution.shared_simulation import SharedSimulation
 from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.page.story import read_story
@@ -38,11 +39,8 @@ from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, FAILURE, REFUSED, SUCCESS, TIME_LIMIT, SweepRow
 from missions.sweeps.sweep import ALL, FAILURES, NONE, Sweep
 from missions.sweeps.table import place_of
-from robots.bodies import BodySetup, MakeBody, Simulated, body_kind
-from robots.simulated import SimulatedBody
-from stack.body import Body
+from robots.bodies import Simulated, body_kind
 from stack.errors import InputError, NavigationError, exception_sentence, traceback_text
-from stack.sim.simulation import Simulation
 from stack.types import Pose2D
 
 PLANS = 32
@@ -192,49 +190,6 @@ class RunMaker:
         causes = [cause.name for cause in every if cause.name != INTERRUPTION]
         node, code = ("", "") if failed is None else (failed.name, failed.code)
         return replace(row, node=node, code=code, cause=causes[0] if causes else "")
-
-
-class SharedSimulation:
-    """The simulation of the last run, reset for the next one of the same robot, world and start.
-
-    After `Simulation.reset` it is bit for bit like a new one.
-    """
-
-    def __init__(self) -> None:
-        self._scene: tuple[Any, ...] | None = None
-        self._simulation: Simulation | None = None
-        self._body: SimulatedBody | None = None
-
-    def body_of(self, plan: PreparedMission, options: RunOptions) -> MakeBody:
-        """Return what makes the body of a run. The plan's robot and world follow from the options.
-
-        Component parameters, which are most of what varies, leave robot and world as they are.
-        """
-        scene = (
-            plan.mission.source, options.robot, options.world, options.start,
-            tuple(sorted((options.arguments or {}).items())),
-        )  # fmt: skip
-
-        def make(setup: BodySetup) -> Body:
-            if self._body is None or self._simulation is None or self._scene != scene:
-                self.close()
-                self._simulation = Simulation(setup.world)
-                self._body = SimulatedBody(
-                    setup.robot, setup.world, start=setup.start, seed=setup.seed,
-                    simulation=self._simulation,
-                )  # fmt: skip
-                self._scene = scene
-            else:
-                self._simulation.reset(setup.seed)
-            return self._body
-
-        return make
-
-    def close(self) -> None:
-        """Close the simulation. Safe to call twice."""
-        if self._simulation is not None:
-            self._simulation.close()
-        self._simulation = self._body = self._scene = None
 
 
 class _Watch(RunWatch):
