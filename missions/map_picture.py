@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from math import ceil, floor
 from pathlib import Path
 from textwrap import wrap
@@ -98,6 +99,10 @@ class MapPicture:
         least = max(4, self.pixels(radius))
         cv2.circle(self._image, self.pixel(x, y), least, colour, 2, cv2.LINE_AA)
 
+    def dot(self, x: float, y: float, colour: Colour) -> None:
+        """Draw a dot of a few pixels."""
+        self._cv2.circle(self._image, self.pixel(x, y), 2, colour, -1)
+
     def line(self, points: ArrayLike, colour: Colour) -> None:
         """Draw a line through points (n, 2), world frame, metres."""
         pixels = np.array([self.pixel(x, y) for x, y in np.asarray(points).tolist()], np.int32)
@@ -118,6 +123,17 @@ class MapPicture:
         rows, columns = self._image.shape[:2]
         column = min(max(0, column + 8), max(0, columns - width - 4))
         self._write(text, (column, min(max(height + 4, row - 6), rows - 4)), colour)
+
+    @property
+    def rgb(self) -> NDArray[np.uint8]:
+        """The picture, (rows, columns, 3) uint8 RGB."""
+        return np.ascontiguousarray(self._image[..., ::-1])
+
+    def copy(self) -> MapPicture:
+        """Return a copy, to which other markers can be added."""
+        other = copy(self)
+        other._image = self._image.copy()
+        return other
 
     def save(self, path: Path, title: str) -> None:
         """Write the picture with a title and a scale bar below the map.

@@ -57,6 +57,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "mppi": "stack.control.mppi.controller:Mppi",
         "dwb": "stack.control.dwb.controller:Dwb",
         "graceful": "stack.control.graceful:Graceful",
+        "onnx_policy": "stack.control.policy.controller:OnnxPolicy",
     },
     "goal_checker": {
         "stopped_goal": "stack.control.checkers:StoppedGoalChecker",

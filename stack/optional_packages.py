@@ -62,7 +62,10 @@ GTSAM = Package("gtsam", "gtsam>=4.3,<5")
 """Pose graphs. A dependency of treepilot: it is missing only where it has no wheel."""
 
 FOXGLOVE = Package("foxglove", "treepilot[foxglove]")
+DISTRIBUTED = Package("distributed", "treepilot[cluster]")
+GYMNASIUM = Package("gymnasium", "treepilot[gym]")
 MODERNGL = Package("moderngl", "treepilot[gl]")
+OPTUNA = Package("optuna", "treepilot[tune]")
 PINOCCHIO = Package("pinocchio", "treepilot[arm]")
 PYGLS = Package("pygls", "treepilot[lsp]")
 PYSERIAL = Package("serial", "treepilot[serial]")

@@ -74,7 +74,7 @@ OPTIONS = {
     "run": ["--headless", "--speed", "max"],
     "tune": [
         *("--set", "goal=[2.6, 2.2, 45 deg]", "--samples", "3", "--seeds", "1"),
-        *("--refine", "0", "--confirm", "0", "--jobs", "1"),
+        *("--confirm", "0", "--jobs", "1"),
     ],
     "bench missions": [SHORT, "--seeds", "1"],
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],

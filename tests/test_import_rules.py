@@ -26,7 +26,7 @@ FOUNDATION = {
     "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.kernel_cache", "stack.patience", "stack.child_process",
-    "stack.worker_thread", "stack.optional_packages", "stack.clock",
+    "stack.worker_thread", "stack.optional_packages", "stack.clock", "stack.networks",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -55,6 +55,7 @@ MAY_IMPORT = {
     "stack.columns": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
+    "stack.networks": {"stack.errors", "stack.child_process", "stack.documents.files"},
     "stack.geometry": {"stack.types", "stack.kernel_cache"},
     "stack.frames": {
         "stack.types", "stack.errors", "stack.kernel_cache", "stack.compilation",
@@ -123,13 +124,15 @@ MAY_IMPORT = {
         "stack",
     },
     "missions.bench": {"missions.execution", "missions.map_picture", "stack"},
-    "missions.tuning": {"missions.execution", "missions.bench", "stack"},
+    "missions.tuning": {"missions.execution", "missions.inspection", "missions.sweeps", "stack"},
+    "missions.learning": {
+        "missions.execution", "missions.language", "missions.map_picture", "robots", "stack",
+    },
     "missions.sweeps": {
         "missions.execution", "missions.inspection", "missions.bench", "robots", "stack",
     },
     "missions.falsify": {
-        "missions.execution", "missions.inspection", "missions.bench", "missions.sweeps", "robots",
-        "stack",
+        "missions.execution", "missions.bench", "missions.sweeps", "stack",
     },
     "missions.editor": {
         "missions.execution", "missions.inspection", "missions.language", "behaviours", "robots",
@@ -150,6 +153,9 @@ ONE_PLACE = {
     "rerun": {"stack/telemetry"},
     "foxglove": {"stack/telemetry/foxglove"},
     "pyarrow": {"stack/telemetry/rerun", "missions/sweeps"},
+    "scipy": {"missions/sweeps"},
+    "distributed": {"missions/sweeps"},
+    "optuna": {"missions/tuning"},
     "cma": {"missions/falsify"},
     "can": {"robots/motors"},
     "pymavlink": {"stack/mavlink", "stack/telemetry", "robots"},
@@ -334,7 +340,7 @@ def test_every_package_says_what_it_is():
 def test_every_module_of_the_benches_serves_a_command():
     """Those that only developers use are in tests/benchmarks, and the wheel does not hold them."""
     modules = {module_of(file): file for file in files_of("missions.bench")}
-    waiting = [*files_of("missions.cli"), *files_of("missions.tuning")]
+    waiting = [*files_of("missions.cli"), *files_of("missions.sweeps")]
     reached: set[str] = set()
     while waiting:
         names = imported_names(waiting.pop())

@@ -129,51 +129,30 @@ def results(  # noqa: PLR0913 - the optional ones by keyword
 
     Args:
         start: of each process.
-        entries: arguments, taken when a process is free.
+        entries: arguments. Each is taken when a process is free, after the results so far.
         jobs: number of processes.
         runs_per_process: a process is replaced after so many runs.
         silence: seconds that a run may compute, or do nothing, since it began or was alive; then it
             counts as hung. None: LONGEST_RUN.
         on_poll: called every POLL_PERIOD seconds.
     """
-    processes = Processes(start, jobs, runs_per_process, silence=silence)
+    waiting = iter(entries)
+    silence = LONGEST_RUN if silence is None else silence
+    workers: list[_Worker] = []
+
+    def employed(worker: _Worker) -> bool:
+        for entry in islice(waiting, 1):
+            worker.give(entry)
+            return True
+        return False
+
     try:
-        yield from processes.results(entries, on_poll)
-    finally:
-        processes.close()
-
-
-class Processes:
-    """Processes that make runs, and wait for more until they are closed.
-
-    Args: as of `results`.
-    """
-
-    def __init__(
-        self, start: Start[Any], jobs: int, runs_per_process: int, *, silence: float | None = None
-    ) -> None:
-        self._start, self._jobs, self._runs = start, jobs, runs_per_process
-        self._silence = LONGEST_RUN if silence is None else silence
-        self._idle: list[_Worker] = []
-        self._working: list[_Worker] = []
-
-    def results(
-        self, entries: Iterable[E], on_poll: Callable[[], None] = lambda: None
-    ) -> Iterator[tuple[E, Any]]:
-        """Yield entries with what was made of them, as the function `results` does."""
-        waiting = iter(entries)
-        workers = self._working
-        following: list[E] = list(islice(waiting, 1))
-
-        def employ(worker: _Worker) -> None:
-            worker.give(following.pop())
-            following.extend(islice(waiting, 1))
-
-        while following or workers:
-            while following and len(workers) < self._jobs:
-                idle = self._idle.pop() if self._idle else _Worker(self._start, self._silence)
-                workers.append(idle)
-                employ(workers[-1])
+        while True:
+            while len(workers) < jobs and (following := [*islice(waiting, 1)]):
+                workers.append(_Worker(start, silence))
+                workers[-1].give(following[0])
+            if not workers:
+                return
             began, left = perf_counter(), min(worker.left for worker in workers)
             wait([worker.connection for worker in workers], min(left, POLL_PERIOD))
             waited = min(POLL_PERIOD, perf_counter() - began)  # without the time of Ctrl-Z
@@ -182,22 +161,14 @@ class Processes:
             on_poll()
             for worker in [one for one in workers if one.connection.poll() or not one.left]:
                 entry, result = worker.entry, worker.result()
-                if isinstance(result, ProcessEnded) or worker.given >= self._runs:
+                yield entry, result  # what it tells may decide about the next entry
+                over = isinstance(result, ProcessEnded) or worker.given >= runs_per_process
+                if over or not employed(worker):
                     worker.end()
                     workers.remove(worker)
-                elif not following:
-                    workers.remove(worker)
-                    self._idle.append(worker)
-                else:
-                    employ(worker)
-                yield entry, result
-
-    def close(self) -> None:
-        """End the processes, whatever they do. Safe to call twice."""
-        for worker in (*self._working, *self._idle):
+    finally:
+        for worker in workers:
             worker.end()
-        self._working.clear()
-        self._idle.clear()
 
 
 @contextmanager

@@ -77,14 +77,21 @@ def missions(
     """Run whole missions over several seeds.
 
     Reports success, time, contacts, clearance and pose error. A run succeeds when its mission does,
-    within two simulated hours. Results are stored by mission text, world, robot and settings; after
-    a change of treepilot itself choose another --out.
+    within two simulated hours. It is a sweep over missions and seeds: the folder has its table,
+    and records of the failures; `treepilot sweep report` writes its page.
     """
     from missions.bench.bench import Options
-    from missions.bench.mission_runs import MISSIONS
+    from missions.cli.sweep_runs import interruptible, progress, tell
+    from missions.sweeps.mission_table import measured, report_lines, sweep_of
 
     robots = () if robot is None else (robot,)
-    _measure(MISSIONS, Options(out, jobs, range(seeds), tuple(names or ()), robots))
+    options = Options(out, jobs, range(seeds), tuple(names or ()), robots)
+    shown = progress(sweep_of(options).runs)
+    with interruptible(out):
+        rows = measured(options, shown.update)
+    tell(shown.line(rows))
+    for line in report_lines(rows):
+        typer.echo(line)
 
 
 @bench_app.command("flats")

@@ -63,8 +63,8 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
     Every run counts as broken that collides, fails, or misses a margin. Exit codes: 0 nothing was
     found, 1 the mission breaks.
     """
-    from missions.cli.sweeping import tell
-    from missions.cli.tune import INTERRUPTED, duration
+    from missions.cli.sweep_runs import interruptible, tell
+    from missions.cli.tune import duration
     from missions.falsify.falsifier import Falsifier, Trial, baseline, describe
     from missions.falsify.margin import margin_of, read_requirement
     from missions.falsify.ranges import fault_factors
@@ -95,28 +95,25 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
         replace(sweep, factors=tuple(factors.values())),
         lambda factor, error: InputError(f"{factor.name}: {error}"),
     )
-    try:
+    with interruptible(folder.path):
         outcome = Falsifier(ready, requirements, folder, jobs, tell).run()
         _end(outcome, ready.sweep, folder.path)
-    except KeyboardInterrupt:
-        tell(f"interrupted; {folder.path} has the finished runs: run the command again to continue")
-        raise typer.Exit(INTERRUPTED) from None
 
 
 def _given(vary: list[str]) -> "list[Factor]":
-    from functools import partial
-
-    from missions.cli.sweeping import read_option
     from missions.sweeps.factors import read_factor
 
-    return [
-        read_option(f"--vary {name}={text}", partial(read_factor, name), text)
-        for name, text in assignments(vary, "--vary", "controller.cruise_speed=0.4,0.8").items()
-    ]
+    found = []
+    for name, text in assignments(vary, "--vary", "controller.cruise_speed=0.4,0.8").items():
+        try:
+            found.append(read_factor(name, text))
+        except InputError as error:
+            raise InputError(f"--vary {name}={text}: {error}") from None
+    return found
 
 
 def _end(outcome: "Outcome", sweep: "Sweep", folder: Path) -> None:
-    from missions.cli.sweeping import tell
+    from missions.cli.sweep_runs import tell
     from missions.falsify.falsifier import describe, figures_of
     from missions.falsify.reproduction import write_reproduction
 

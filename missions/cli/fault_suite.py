@@ -43,8 +43,8 @@ def faults(  # noqa: PLR0913 - each is an option of the command
     ] = 0.0,
 ) -> None:  # fmt: skip
     """Run missions with each of many faults: a table of what became of them."""
-    from missions.cli.sweeping import progress_of, tell
-    from missions.cli.tune import INTERRUPTED, duration
+    from missions.cli.sweep_runs import interruptible, progress, tell
+    from missions.cli.tune import duration
     from missions.sweeps.report.suite_page import suite_page
     from missions.sweeps.runner import ExecutionSettings
     from missions.sweeps.suite import (
@@ -65,12 +65,9 @@ def faults(  # noqa: PLR0913 - each is an option of the command
     suite = plan_suite(missions or [], fault_list(faults), SuiteOptions(runs, seed, limit, keep))
     for name, reason in suite.left_out.items():
         tell(f"left out: {name}: {reason}")
-    progress = progress_of(suite.runs)
-    try:
-        run_suite(suite, out, ExecutionSettings(jobs), progress.update)
-    except KeyboardInterrupt:
-        tell(f"interrupted; {out} has the finished runs: run the command again to continue")
-        raise typer.Exit(INTERRUPTED) from None
+    shown = progress(suite.runs)
+    with interruptible(out):
+        run_suite(suite, out, ExecutionSettings(jobs), shown.update)
     cells = cells_of(suite, out)
     for line in table_lines(suite, cells):
         typer.echo(line)

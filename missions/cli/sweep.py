@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 from typer.core import TyperGroup
@@ -11,19 +11,19 @@ from typer.core import TyperGroup
 from missions.cli import fault_suite
 from missions.cli.arguments import OtherRobot, Parameters, Settings, assignments
 from missions.cli.bench import named
-from missions.cli.sweeping import progress_of as _progress
-from missions.cli.sweeping import read_option as _read
-from missions.cli.sweeping import tell as _tell
-from missions.cli.tune import INTERRUPTED, duration
+from missions.cli.sweep_runs import Cluster, check_cluster, interruptible, progress, tell
+from missions.cli.tune import duration
 from stack.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from missions.sweeps.claims import Condition
     from missions.sweeps.row import SweepRow
     from missions.sweeps.sweep import Sweep
     from missions.sweeps.sweep_file import SweepFile
+
+T = TypeVar("T")
 
 FAULTS = "--faults"
 
@@ -66,7 +66,7 @@ class _Sweep(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if args and args[0] not in self.commands and FAULTS in (one[:8] for one in args):
             args = ["faults", *args]
-        if args and args[0] not in (*self.commands, "--help", "-h"):
+        if args and args[0] not in self.commands:
             args = ["run", *args]
         return super().parse_args(ctx, args)
 
@@ -102,6 +102,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="of the first run [default: 0]")] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="processes [default: 1]")] = None,
+    cluster: Cluster = None,
     out: Annotated[
         Path | None, typer.Option(help="folder of the results [default: sweeps/MISSION]")
     ] = None,
@@ -127,7 +128,11 @@ def run(  # noqa: PLR0913 - each is an option of the command
         bool, typer.Option("--dry-run", help="check it, print the first runs, and end")
     ] = False,
 ) -> None:
-    """Run a mission many times, over seeds and factors."""
+    """Run a mission many times, over seeds and factors.
+
+    `treepilot sweep report DIR` writes the page about a sweep, or two; `treepilot sweep --faults
+    suite` runs missions by faults.
+    """
     from missions.sweeps.checking import checked
     from missions.sweeps.claims import read_claim
     from missions.sweeps.runner import SILENCE, ExecutionSettings, run_sweep
@@ -138,7 +143,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
     words = read_sweep_file(Path(mission)) if is_sweep_file(Path(mission)) else EMPTY
     given = {
         "runs": runs, "design": design, "worlds": worlds, "seed": seed, "jobs": jobs,
-        "out": out, "keep": keep,
+        "cluster": cluster, "out": out, "keep": keep,
         "time_limit": None if time_limit is None else duration(time_limit, "--time-limit"),
         "hang_after": None if hang_after is None else duration(hang_after, "--hang-after"),
     }  # fmt: skip
@@ -160,7 +165,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
         words.values.get("jobs", 1),
         claim,
         words.values.get("hang_after", SILENCE),
+        words.values.get("cluster", ""),
     )
+    check_cluster(words.values.get("cluster"), words.values.get("jobs"))
     if claim is not None:
         check_claim(sweep)
     ready = checked(sweep, words.refusal)
@@ -168,15 +175,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
         _print_runs(ready.sweep)
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
-    progress = _progress(sweep.runs)
-    try:
-        rows = run_sweep(ready, folder, execution, progress.update)
-    except KeyboardInterrupt:
-        _tell(
-            f"interrupted; {folder.path} has the finished runs: run the command again to continue"
-        )
-        raise typer.Exit(INTERRUPTED) from None
-    _tell(progress.line(rows))
+    shown = progress(sweep.runs)
+    with interruptible(folder.path):
+        rows = run_sweep(ready, folder, execution, shown.update)
+    tell(shown.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)
     if claim is not None:
@@ -222,7 +224,7 @@ def report(
     conditions = _conditions(fail_if or [])
     results = [read_results(folder) for folder in folders]
     file = out or folders[0] / "report.html"
-    file.write_text(page_of(results, file.parent), "utf-8")
+    file.write_text(page_of(results), "utf-8")
     typer.echo(str(file))
     _end(conditions, results[-1].rows)
 
@@ -261,6 +263,14 @@ def _conditions(texts: list[str]) -> "list[Condition]":
     return [_read("--fail-if", read_condition, text) for text in texts]
 
 
+def _read(option: str, read: "Callable[[str], T]", text: str) -> "T":
+    """Read the value of an option, which errors name."""
+    try:
+        return read(text)
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from None
+
+
 MOST_SHOWN = 10
 
 
@@ -295,6 +305,6 @@ def _summary(rows: "list[SweepRow]", folder: Path) -> list[str]:
 def _end(conditions: "Sequence[Condition]", rows: "Sequence[SweepRow]") -> None:
     """Exit with 1 if a condition holds."""
     for condition in conditions:
-        _tell(condition.describe(rows))
+        tell(condition.describe(rows))
     if any(condition.holds(rows) for condition in conditions):
         raise typer.Exit(1)

@@ -1,24 +1,27 @@
 """`treepilot tune`: searches parameter values that improve a mission."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from missions.cli.arguments import OtherRobot, Settings, assignments
+from missions.cli.sweep_runs import Cluster, check_cluster, interruptible, tell
 from stack.errors import InputError, ParameterError
 
-INTERRUPTED = 130
+MOST_RUNS = 1_000_000
+"""Runs of a tuning at most."""
 
 EPILOG = """
 \b
   treepilot tune 01_drive_to_a_point --try controller.cruise_speed=0.4..0.8 --jobs 2
   treepilot tune my.yaml --try controller.lookahead_time="0.8 s..1.6 s" \\
-      --try planner.smoother=simple,constrained --refine 2 --weight clearance=2
+      --try planner.smoother=simple,constrained --samples 60 --weight clearance=2
+  treepilot tune my.yaml --try controller.cruise_speed=0.3..0.9 \\
+      --minimise time --maximise clearance
 
 `treepilot parameters MISSION` lists the parameters, `treepilot describe pure_pursuit` their
-ranges. The first sample is the unchanged mission: the baseline. The cost of a run is
+ranges. The settings are compared with the unchanged mission: the baseline. The cost of a run is
 
 \b
   sum(weight * value / baseline value) / sum(weights) + collision weight * collisions
@@ -35,9 +38,12 @@ costs 10, more than any successful run. Measures and default weights:
   goal_error 0.5   true distance to the goal after each stop
   collisions 1     contacts of the moving robot
 
-Output: runs.jsonl (every run), table.txt, scores.json, and best.yaml for the `parameters:` key of
-the mission. After Ctrl-C the same command resumes; more samples, seeds or other ranges add to the
-results. See docs/tuning.md.
+--minimise and --maximise take these names, `cost` and `success`. Several of them give a front: the
+settings that no other one beats in every objective.
+
+Output: report.html, table.txt, scores.json, runs.parquet (every run), and best.yaml, or
+front-N.yaml of a front, for the `parameters:` key of the mission. After Ctrl-C the same command
+resumes; more samples add to the results. See docs/tuning.md.
 """
 
 
@@ -51,24 +57,26 @@ def tune(  # noqa: PLR0913 - each is an option of the command
             help="parameter and range, or values: NAME=A,B; repeatable",
         ),
     ],
+    minimise: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MEASURE", help="objective; repeatable [default: cost]"),
+    ] = None,
+    maximise: Annotated[
+        list[str] | None, typer.Option(metavar="MEASURE", help="objective; repeatable")
+    ] = None,
     samples: Annotated[int, typer.Option(min=1, help="settings to try besides the baseline")] = 20,
     seeds: Annotated[int, typer.Option(min=1, help="runs per setting")] = 3,
-    refine: Annotated[
-        int,
-        typer.Option(
-            min=0, help="refinement rounds around the best third, each with half the samples"
-        ),
-    ] = 0,
     confirm: Annotated[
-        int, typer.Option(min=0, help="new seeds on which the best setting is confirmed")
+        int, typer.Option(min=0, help="seeds held out, on which the best settings are compared")
     ] = 3,
-    jobs: Annotated[int, typer.Option(min=1, help="parallel processes")] = 1,
+    jobs: Annotated[int | None, typer.Option(min=1, help="parallel processes [default: 1]")] = None,
+    cluster: Cluster = None,
     out: Annotated[
         Path | None, typer.Option(help="output folder [default: tune/<mission>]")
     ] = None,
     weight: Annotated[
         list[str] | None,
-        typer.Option(metavar="MEASURE=NUMBER", help="weight of a measure, e.g. time=2"),
+        typer.Option(metavar="MEASURE=NUMBER", help="weight of a measure in the cost, e.g. time=2"),
     ] = None,
     time_limit: Annotated[
         str, typer.Option(metavar="DURATION", help="simulated time after which a run fails")
@@ -77,34 +85,50 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     robot: OtherRobot = None,
     set_: Settings = None,
 ) -> None:
-    """Search parameter values in simulation and keep the best."""
-    from missions.bench.mission_runs import QUIET, MissionEntry
+    """Search parameter values in simulation, by Optuna, and keep the best."""
+    from missions.sweeps.checking import checked
+    from missions.sweeps.factors import read_factor
+    from missions.sweeps.runner import ExecutionSettings
+    from missions.sweeps.sweep import NONE, Sweep
+    from missions.tuning.objectives import read_objectives, read_weights
     from missions.tuning.results import table_lines, write_findings
-    from missions.tuning.scoring import read_weights
     from missions.tuning.tuning import TuneOptions, Tuning
+    from stack.optional_packages import OPTUNA
 
+    OPTUNA.require("`treepilot tune` needs")
+    check_cluster(cluster, jobs)
     folder = out or Path("tune") / Path(mission).stem
-    limit = duration(time_limit, "--time-limit")
-    options = TuneOptions(
-        folder, jobs, samples, seeds, refine, confirm, limit, sampling_seed,
-        read_weights(assignments(weight or [], "--weight", "time=2")),
-    )  # fmt: skip
-    chosen = replace(QUIET, arguments=assignments(set_ or []), robot=robot)
-    entry = MissionEntry(mission, limit, chosen)
+    weights = read_weights(assignments(weight or [], "--weight", "time=2"))
+    objectives = read_objectives(minimise or [], maximise or [], weights)
     ranges = assignments(try_, "--try", "controller.cruise_speed=0.4..0.8")
-    tuning = Tuning(entry, ranges, options, _tell)
-    try:
-        tuned = tuning.run()
-    except KeyboardInterrupt:
-        _tell(f"interrupted; finished runs are in {folder}, the same command resumes")
-        if tuning.has_baseline:
-            for line in table_lines(tuning.so_far()):
-                typer.echo(line)
-        raise typer.Exit(INTERRUPTED) from None
+    factors = []
+    for name, text in ranges.items():
+        try:
+            factors.append(read_factor(name, text))
+        except InputError as error:
+            raise InputError(f"--try {name}={text}: {error}") from None
+    sweep = Sweep(
+        mission, MOST_RUNS, "optuna", tuple(factors), arguments=assignments(set_ or []),
+        robot=robot, time_limit=duration(time_limit, "--time-limit"), keep=NONE,
+    )  # fmt: skip
+    ready = checked(sweep, lambda one, error: InputError(f"--try {one.name}: {error}"))
+    options = TuneOptions(
+        folder, objectives, samples, seeds, confirm, sampling_seed,
+        ExecutionSettings(jobs or 1, cluster=cluster or ""),
+    )  # fmt: skip
+    tuning = Tuning(ready, options, tell)
+    with interruptible(folder):
+        try:
+            tuned = tuning.run()
+        except KeyboardInterrupt:
+            if tuning.has_baseline:
+                for line in table_lines(tuning.so_far()):
+                    typer.echo(line)
+            raise
     for line in table_lines(tuned):
         typer.echo(line)
     for file in write_findings(tuned, folder):
-        _tell(f"wrote {file}")
+        tell(f"wrote {file}")
 
 
 def duration(text: str, option: str) -> float:
@@ -120,7 +144,3 @@ def duration(text: str, option: str) -> float:
     except ParameterError as error:
         raise InputError(f"{option} {text}: {error.sentence}") from None
     return seconds
-
-
-def _tell(line: str) -> None:
-    typer.echo(line, err=True)

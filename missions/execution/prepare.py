@@ -30,7 +30,7 @@ from missions.execution.fit.components import (
     check_robot_fits,
 )
 from missions.execution.fit.installation import check_body, check_packages, check_renderer
-from missions.execution.fit.models import located_detector, located_places
+from missions.execution.fit.models import located_detector, located_places, located_policy
 from missions.execution.fit.needs import behaviour_needs
 from missions.execution.fit.routes import located_planner
 from missions.execution.fit.steps import every_leaf
@@ -261,9 +261,11 @@ def _with_files(choices: Choices, scene: Scene, marks: Marks, found: Findings) -
         choices["object_detector"], ()
     )  # fmt: skip
     places = _gather(found, lambda: located_places(choices["place_recognition"], mission))
+    policy = _gather(found, lambda: located_policy(choices["controller"], mission, robot))
     found.items += [*of_graph, *of_detector]
     return {
         **choices,
+        "controller": policy or choices["controller"],
         "costmap": replace(costmap, parts=layers),
         "speed_limits": replace(limits, parameters=limits.parameters.located(folder)),
         "planner": planner,

@@ -93,6 +93,7 @@ class Run:
 
     Attributes:
         engine: the parts of the run.
+        read: the files that were read for it, absolute.
     """
 
     def __init__(  # noqa: PLR0913 - the optional ones by keyword
@@ -151,9 +152,10 @@ class Run:
             self._telemetry.close(None)
             self._refuse_plugin(error)
             raise
+        self.read = (*plan.read, *read)
         if folder is not None:
             kept = None if self._kept is None else self._kept.path
-            keep_inputs(folder, plan, options, (*plan.read, *read), kept)
+            keep_inputs(folder, plan, options, self.read, kept)
         if self._kept is not None:
             self._kept.restore(self.engine.tree, self._telemetry)
         self._steps_to_stop = round(STOPPING_TIME / self.engine.runtime.period)

@@ -6,14 +6,11 @@ OUT/falsified.yaml                            the mission that breaks
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import partial
-from io import RawIOBase
 from typing import Any
 
-from missions.bench.processes import Processes, results
 from missions.execution.faults import PREFIX
 from missions.execution.prepare import prepare
 from missions.execution.records.origins import origins_of
@@ -24,13 +21,14 @@ from missions.sweeps.checking import CheckedSweep
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import Factor
 from missions.sweeps.row import SweepRow
-from missions.sweeps.runner import RUNS_PER_PROCESS, SILENCE, row_of
+from missions.sweeps.runner import ExecutionSettings, made_rows
 from missions.sweeps.sweep import FAULTS, NONE, Sweep
 from missions.sweeps.table import SweepFolder
-from missions.sweeps.worker import SweepInputs, start_worker
+from missions.sweeps.worker import SweepInputs
 from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity, units
 from stack.sim.faults.registry import fault_kind, fault_names
+from stack.types import FloatArray
 
 SHRINK_RUNS = 60
 """Runs that shrinking may take."""
@@ -71,6 +69,7 @@ class Outcome:
 
 
 Tell = Callable[[str], None]
+Batches = Generator[list[RunDescription], None, None]
 
 
 class Falsifier:
@@ -92,13 +91,13 @@ class Falsifier:
     ) -> None:  # fmt: skip
         self._checked, self._sweep = checked, checked.sweep
         self._requirements, self._folder = requirements, folder
-        self._jobs, self._tell = jobs, tell
-        inputs = SweepInputs(self._sweep, folder.runs)
-        self._processes = Processes(
-            partial(start_worker, inputs), jobs, RUNS_PER_PROCESS, silence=SILENCE
-        )
+        self._execution, self._tell = ExecutionSettings(jobs), tell
+        self._inputs = SweepInputs(self._sweep, folder.runs, checked.paths, diagnoses=False)
         self._known: dict[int, SweepRow] = {}
         self._number = 0
+        self._trials: list[Trial] = []
+        self._worst: Trial | None = None
+        self._simplest: Trial | None = None
 
     def run(self) -> Outcome:
         """Search until a run breaks or the budget is spent; then shrink.
@@ -107,77 +106,112 @@ class Falsifier:
             InputError: the folder has another search, or cannot be written.
         """
         sweep = self._sweep
-        with closing(self._processes), self._folder.open_journal() as journal:
+        with self._folder.open_journal() as journal:
             self._folder.begin(self._checked)
             self._known = {row.number: row for row in self._folder.rows(ALL_ROWS)}
+            made = made_rows(self._inputs, _Feed(self._batches(), self._known), self._execution)
             try:
-                trials = self._searched(journal)
+                with closing(made):
+                    for row in made:
+                        self._folder.write(journal, row)
+                        self._known[row.number] = row
             finally:
                 searched = [row for row in self._known.values() if row.number < sweep.runs]
                 self._folder.tabulate(searched, sweep)
-            worst = min(trials, key=lambda one: one.margin)
-            if worst.margin >= 0.0:
-                return Outcome(len(trials), worst, None)
-            self._tell(f"run {worst.row.number} breaks it: {describe(worst)}; shrinking")
-            return Outcome(len(trials), worst, self._shrunk(journal, worst))
+        assert self._worst is not None
+        return Outcome(len(self._trials), self._worst, self._simplest)
 
-    def _searched(self, journal: RawIOBase) -> list[Trial]:
-        sweep, trials = self._sweep, list[Trial]()
+    def _batches(self) -> Batches:
+        """Yield the runs that are missing, a batch at a time; then they are known."""
+        yield from self._search()
+        assert self._worst is not None
+        if self._worst.margin < 0.0:
+            number = self._worst.row.number
+            self._tell(f"run {number} breaks it: {describe(self._worst)}; shrinking")
+            yield from self._shrink(self._worst)
+
+    def _search(self) -> Batches:
+        sweep = self._sweep
         search = Search(len(sweep.factors), sweep.runs, sweep.seed)
-        while points := search.ask(max(8, 2 * self._jobs)):
-            settings = [
-                {factor.name: factor.at(float(share)) for factor, share in zip(
-                    sweep.factors, point, strict=True
-                )} for point in points
-            ]  # fmt: skip
-            made = list(self._made(journal, settings))
+        while points := search.ask(max(8, 2 * self._execution.jobs)):
+            runs = self._runs([_settings_at(sweep.factors, point) for point in points])
+            yield self._missing(runs)
+            made = [self._trial(run) for run in runs]
             search.tell(points, [one.margin for one in made])
-            trials += made
-            least = min(trials, key=lambda one: one.margin)
-            self._tell(f"{len(trials)}/{sweep.runs} runs, least margin {describe(least)}")
-            if least.margin < 0.0:
-                break
-        return trials
+            self._trials += made
+            self._worst = min(self._trials, key=lambda one: one.margin)
+            told = f"{len(self._trials)}/{sweep.runs} runs"
+            self._tell(f"{told}, least margin {describe(self._worst)}")
+            if self._worst.margin < 0.0:
+                return
 
-    def _shrunk(self, journal: RawIOBase, worst: Trial) -> Trial:
+    def _shrink(self, worst: Trial) -> Batches:
         self._number = self._sweep.runs
-        numbers = numbers_of(self._sweep)
         given = {FAULTS: self._sweep.faults} if self._sweep.faults else {}
         begin = {**given, **worst.settings}
-        simplest = [replace(worst, row=replace(worst.row, settings=begin))]
+        self._simplest = replace(worst, row=replace(worst.row, settings=begin))
+        tries = Shrinking(numbers_of(self._sweep), SHRINK_RUNS).shrink(begin)
+        try:
+            settings = next(tries)
+            while True:
+                (run,) = self._runs([dict(settings)])
+                yield self._missing([run])
+                trial = self._trial(run)
+                if trial.margin < 0.0:
+                    self._simplest = trial
+                settings = tries.send(trial.margin < 0.0)
+        except StopIteration:
+            return
 
-        def fails(settings: Mapping[str, str]) -> bool:
-            (trial,) = self._made(journal, [dict(settings)])
-            if trial.margin < 0.0:
-                simplest[0] = trial
-            return trial.margin < 0.0
-
-        shrinking = Shrinking(fails, numbers, SHRINK_RUNS)
-        found = shrinking.shrink(begin)
-        if simplest[0].settings != found:  # nothing could be simplified
-            simplest[0] = replace(worst, row=replace(worst.row, settings=found))
-        return simplest[0]
-
-    def _made(self, journal: RawIOBase, settings: Sequence[dict[str, str]]) -> Iterator[Trial]:
-        """Yield the trials of settings in their order; those in the journal are not run again."""
-        runs = [
-            RunDescription(self._number + n, self._sweep.seed, tuple(item.items()))
+    def _runs(self, settings: Sequence[dict[str, str]]) -> list[RunDescription]:
+        """Return the next runs."""
+        first = self._number
+        self._number += len(settings)
+        return [
+            RunDescription(first + n, self._sweep.seed, tuple(item.items()))
             for n, item in enumerate(settings)
         ]
-        self._number += len(runs)
-        missing = [run for run in runs if not self._has(run)]
-        for run, result in self._processes.results(missing):
-            row = row_of(run, result, self._folder)
-            self._folder.write(journal, row)
-            self._known[run.number] = row
-        for run in runs:
-            row = self._known[run.number]
-            yield Trial(row, margin_of(row, self._requirements))
 
-    def _has(self, run: RunDescription) -> bool:
-        """Whether the journal has a run: the same search asks for the same ones."""
-        row = self._known.get(run.number)
-        return row is not None and dict(row.settings) == dict(run.settings)
+    def _trial(self, run: RunDescription) -> Trial:
+        row = self._known[run.number]
+        return Trial(row, margin_of(row, self._requirements))
+
+    def _missing(self, runs: Sequence[RunDescription]) -> list[RunDescription]:
+        """Return the runs that the journal lacks: the same search asks for the same ones."""
+        missing = []
+        for run in runs:
+            row = self._known.get(run.number)
+            if row is None or dict(row.settings) != dict(run.settings):
+                self._known.pop(run.number, None)
+                missing.append(run)
+        return missing
+
+
+class _Feed(Iterator[RunDescription]):
+    """The runs of batches; it has none while runs of the batch are not over.
+
+    Args:
+        batches: is continued when all runs of a batch are known.
+        known: rows by number.
+    """
+
+    def __init__(self, batches: Batches, known: Mapping[int, SweepRow]) -> None:
+        self._batches, self._known = batches, known
+        self._waiting: list[RunDescription] = []
+        self._begun: list[RunDescription] = []
+
+    def __next__(self) -> RunDescription:
+        while not self._waiting:
+            if any(run.number not in self._known for run in self._begun):
+                raise StopIteration
+            self._waiting, self._begun = next(self._batches), []
+        self._begun.append(self._waiting.pop(0))
+        return self._begun[-1]
+
+
+def _settings_at(factors: Sequence[Factor], point: FloatArray) -> dict[str, str]:
+    shares = zip(factors, point.tolist(), strict=True)
+    return {factor.name: factor.at(share) for factor, share in shares}
 
 
 def describe(trial: Trial) -> str:
@@ -203,10 +237,9 @@ def baseline(sweep: Sweep, folder: SweepFolder) -> SweepRow:
         InputError: the mission refuses it.
     """
     plain = replace(sweep, factors=(), faults=None, keep=NONE)
-    inputs = SweepInputs(plain, folder.runs)
+    inputs = SweepInputs(plain, folder.runs, diagnoses=False)
     run = RunDescription(0, sweep.seed, ((FAULTS, "none"),) if sweep.faults else ())
-    ((_, result),) = results(partial(start_worker, inputs), [run], 1, 1, silence=SILENCE)
-    row = row_of(run, result, folder)
+    (row,) = made_rows(inputs, [run], ExecutionSettings())
     if not row.counts:
         raise InputError(row.reason)
     return row

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 from missions.execution.faults import NONE, PREFIX
 from missions.sweeps.sweep import FAULTS
@@ -11,7 +12,10 @@ from missions.sweeps.sweep import FAULTS
 HALVINGS = 4
 """How often the way from a number to its default is halved."""
 
+T = TypeVar("T")
+
 Settings = Mapping[str, str]
+Tries = Generator[Settings, bool, T]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,30 +41,30 @@ class Number:
 class Shrinking:
     """Tries simpler settings one after another.
 
+    Its generators yield settings and are sent whether the mission breaks with them.
+
     Args:
-        fails: whether the mission breaks with settings.
         number: returns the number that a setting is; None if it is none.
         budget: number of tries.
     """
 
-    fails: Callable[[Settings], bool]
     number: Callable[[str, str], Number | None]
     budget: int
 
-    def shrink(self, settings: Settings) -> dict[str, str]:
-        """Return the simplest settings found with which it fails."""
-        found = self._without_faults(dict(settings))
+    def shrink(self, settings: Settings) -> Tries[dict[str, str]]:
+        """Return the simplest settings found with which it breaks."""
+        found = yield from self._without_faults(dict(settings))
         for name in [*found]:
             if name == FAULTS or name not in found:
                 continue
             rest = {other: text for other, text in found.items() if other != name}
-            if self._try(rest):
+            if (yield from self._try(rest)):
                 found = rest
         for name in [*found]:
-            found = self._closer(found, name)
+            found = yield from self._closer(found, name)
         return found
 
-    def _without_faults(self, settings: dict[str, str]) -> dict[str, str]:
+    def _without_faults(self, settings: dict[str, str]) -> Tries[dict[str, str]]:
         """Return the settings without the faults that do not matter."""
         if FAULTS not in settings:
             return settings
@@ -71,11 +75,11 @@ class Shrinking:
                 if not other.startswith(f"{PREFIX}{name}.")
             }  # fmt: skip
             rest[FAULTS] = "+".join(names) or NONE
-            if self._try(rest):
+            if (yield from self._try(rest)):
                 settings = rest
         return settings
 
-    def _closer(self, settings: dict[str, str], name: str) -> dict[str, str]:
+    def _closer(self, settings: dict[str, str], name: str) -> Tries[dict[str, str]]:
         """Return the settings with a number closer to its default, and with fewer digits."""
         number = self.number(name, settings[name])
         if number is None:
@@ -85,19 +89,18 @@ class Shrinking:
             passing = number.default
             for _ in range(HALVINGS):
                 middle = (failing + passing) / 2.0
-                if self._try({**settings, name: number.text(middle)}):
+                if (yield from self._try({**settings, name: number.text(middle)})):
                     failing = middle
                 else:
                     passing = middle
         changed = {**settings, name: number.text(failing)} if failing != number.value else settings
-        short = float(f"{failing:.2g}")
-        rounded = {**settings, name: number.text(short)}
-        if rounded != changed and self._try(rounded):
+        rounded = {**settings, name: number.text(float(f"{failing:.2g}"))}
+        if rounded != changed and (yield from self._try(rounded)):
             return rounded
         return changed
 
-    def _try(self, settings: Settings) -> bool:
+    def _try(self, settings: Settings) -> Tries[bool]:
         if self.budget <= 0:
             return False
         self.budget -= 1
-        return self.fails(settings)
+        return (yield settings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.resources import MISSIONS
 from missions.sweeps.design import BY_SCIPY
 from missions.sweeps.factors import NORMAL, Factor
-from missions.sweeps.sweep import FAULTS, ROBOT, START, WORLD, Sweep, check_runs
+from missions.sweeps.sweep import FAULTS, SCENE, Sweep, check_runs
 from robots.bodies import body_kind
 from stack.errors import InputError
 from stack.optional_packages import SCIPY
@@ -31,10 +31,12 @@ class CheckedSweep:
     Attributes:
         sweep: with factors of whole numbers as such.
         files: digest of each file that its missions read, by name.
+        paths: of these files, absolute.
     """
 
     sweep: Sweep
     files: dict[str, str]
+    paths: tuple[Path, ...] = ()
 
 
 def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
@@ -49,7 +51,7 @@ def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
     if sweep.design in BY_SCIPY:
         SCIPY.require(f"the design {sweep.design} needs")
     check_runs(sweep)
-    plan = prepare(sweep.mission, sweep.options({}, sweep.seed))
+    plan = _prepared(sweep, {})
     plans = [plan]
     factors = []
     for factor in sweep.factors:
@@ -61,11 +63,11 @@ def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
         factors.append(replace(factor, whole=_is_whole(sweep, factor)))
     for one in plans:
         _check_body(one)
-    files = {
-        _name(file, plan): digest(file.read_bytes())
-        for one in plans for file in dict.fromkeys([*one.read, *one.files]) if file.is_file()
-    }  # fmt: skip
-    return CheckedSweep(replace(sweep, factors=tuple(factors)), files)
+    paths = dict.fromkeys(
+        file for one in plans for file in (*one.read, *one.files) if file.is_file()
+    )  # fmt: skip
+    files = {_name(file, plan): digest(file.read_bytes()) for file in paths}
+    return CheckedSweep(replace(sweep, factors=tuple(factors)), files, tuple(paths))
 
 
 def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[str]:
@@ -80,7 +82,7 @@ def file_differences(before: dict[str, str], now: dict[str, str]) -> Iterable[st
 def _check_name(factor: Factor, plan: PreparedMission) -> None:
     """Raise InputError for a name that is neither an argument nor that of a component."""
     name = factor.name
-    known = [*plan.mission.arguments, WORLD, ROBOT, START, FAULTS]
+    known = [*plan.mission.arguments, *SCENE, FAULTS]
     if "." not in name and name not in known:
         raise InputError(
             f"the mission {plan.mission.source.name} has no argument {name!r}",
@@ -89,9 +91,13 @@ def _check_name(factor: Factor, plan: PreparedMission) -> None:
         )
 
 
+def _prepared(sweep: Sweep, settings: Mapping[str, str]) -> PreparedMission:
+    return prepare(sweep.mission_of(settings), sweep.options(settings, sweep.seed))
+
+
 def _tried(sweep: Sweep, factor: Factor, text: str) -> PreparedMission:
     try:
-        return prepare(sweep.mission, sweep.options({factor.name: text}, sweep.seed))
+        return _prepared(sweep, {factor.name: text})
     except InputError as error:
         cut = f" (the distribution is cut at 3 deviations: {' to '.join(factor.probes)})"
         where = cut if factor.kind == NORMAL else ""
@@ -105,7 +111,7 @@ def _is_whole(sweep: Sweep, factor: Factor) -> bool:
     low, high = factor.ends
     fraction = f"{low + FRACTION * (high - low)!r} {factor.unit}".rstrip()
     try:
-        prepare(sweep.mission, sweep.options({factor.name: fraction}, sweep.seed))
+        _prepared(sweep, {factor.name: fraction})
     except InputError:
         return True
     return False

@@ -119,10 +119,12 @@ class Condition:
         return value is None or bool(COMPARISONS[self.comparison](value, self.number))
 
     def describe(self, rows: Sequence[SweepRow]) -> str:
-        """Return the condition with the value of its figure."""
+        """Return the condition, whether it holds, and the value of its figure."""
         value = FIGURES[self.figure](rows)
-        shown = "no run has this figure" if value is None else f"{self.figure} is {value:.4g}"
-        return f"{self.text}: {shown}"
+        if value is None:
+            return f"{self.text}: holds, since no run has this figure"
+        holds = "holds" if self.holds(rows) else "does not hold"
+        return f"{self.text}: {holds}, {self.figure} is {value:.4g}"
 
 
 def read_condition(text: str) -> Condition:

@@ -23,12 +23,16 @@ CUT = 3.0
 
 LIST, UNIFORM, LOGUNIFORM, NORMAL = "list", "uniform", "loguniform", "normal"
 
-EXAMPLE = "write a list, a,b,c, or uniform(LOW, HIGH), loguniform(LOW, HIGH), normal(MEAN, DEV)"
+EXAMPLE = (
+    "write a list, a,b,c, a range, LOW..HIGH or uniform(LOW, HIGH), or loguniform(LOW, HIGH),"
+    " normal(MEAN, DEV)"
+)
 
 Value = int | float | bool | str
 """Value of a factor in a table."""
 
 _DISTRIBUTION = re.compile(r"(uniform|loguniform|normal)\s*\((.*)\)")
+_SPAN = re.compile(r"([^,({\[]+?)\s*\.\.\s*([^,)}\]]+)")
 _OTHER_CALL = re.compile(r"([a-z_]+)\s*\(.*\)")
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)?\s*")
 
@@ -90,7 +94,11 @@ class Factor:
             number = normal.inv_cdf(first + share * (last - first))
         else:
             number = low + share * (high - low)
-        number = floor(number + 0.5) if self.whole else _rounded(number, DIGITS)
+        return self.text(floor(number + 0.5) if self.whole else number)
+
+    def text(self, number: float) -> str:
+        """Return a number of a distribution as a value: rounded, and not beyond the ends."""
+        number = number if self.whole else _rounded(number, DIGITS)
         return self._text(min(max(number, self.ends[0]), self.ends[1]))
 
     def typed(self, text: str) -> Value:
@@ -125,11 +133,13 @@ class Factor:
 
 
 def read_factor(name: str, text: str) -> Factor:
-    """Read the values of a factor: `a,b,c`, or `uniform(0.4, 0.8)`.
+    """Read the values of a factor: `a,b,c`, `uniform(0.4, 0.8)`, or the same as `0.4..0.8`.
 
     Raises:
         InputError: it is neither; the sentence does not name the factor.
     """
+    span = _SPAN.fullmatch(text.strip())
+    text = text if span is None else f"{UNIFORM}({span[1]}, {span[2]})"
     found = _DISTRIBUTION.fullmatch(text.strip())
     if found is None:
         other = _OTHER_CALL.fullmatch(text.strip())

@@ -35,9 +35,11 @@ class Progress:
         self._before: int | None = None
 
     def update(self, rows: Sequence[SweepRow]) -> None:
-        """Show the runs that are over, if it is time."""
+        """Show the runs that are over, if it is time; the first call says how many were before."""
         if self._before is None:
             self._before = len(rows)
+            if rows:
+                self._tell(f"{len(rows)} of {self._total} runs are already there")
         period, show = (
             (TERMINAL_PERIOD, self._show) if self._overwrites else (PLAIN_PERIOD, self._tell)
         )
@@ -54,7 +56,8 @@ class Progress:
         if not made:
             return text
         pace = made / max(minutes, 1e-9)
-        return f"{text}, {pace:.1f} runs a minute, {_duration((self._total - done) / pace)} left"
+        left = duration_text((self._total - done) / pace)
+        return f"{text}, {pace:.1f} runs a minute, {left} left"
 
 
 def rate_text(rows: Sequence[SweepRow]) -> str:
@@ -66,7 +69,8 @@ def rate_text(rows: Sequence[SweepRow]) -> str:
     return f"success {successes / runs:.1%} ({low:.1%} to {high:.1%})"
 
 
-def _duration(minutes: float) -> str:
+def duration_text(minutes: float) -> str:
+    """Return a number of minutes with the unit that suits it."""
     seconds = round(60.0 * minutes)
     if seconds < 90:
         return f"{seconds} s"

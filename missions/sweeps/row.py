@@ -17,6 +17,9 @@ OUTCOMES = (SUCCESS, FAILURE, TIME_LIMIT, "aborted", CRASHED, HUNG, KILLED, REFU
 """What can become of a run. `refused`: the mission does not accept this combination of settings;
 such a run is no failure of the robot, and rates leave it out."""
 
+DRIVING = ("detour", "turning", "jerk", "goal_error")
+"""Figures that only tunings ask for: each step is recorded for them."""
+
 
 @dataclass(frozen=True, slots=True)
 class SweepRow:
@@ -36,6 +39,10 @@ class SweepRow:
         real_time_factor: simulated seconds per wall second.
         wall_seconds: of the whole run, with start and diagnosis; start_seconds: to the first step.
         cpu_seconds: processor time of the process. memory_mb: of the process after the run.
+        detour: driven distance per metre of the shortest path through the reached goals. turning:
+            mean absolute change of the commanded angular velocity, rad/s². jerk: root mean square
+            of the commanded jerk, m/s³. goal_error: mean true distance to the goals when they were
+            reported reached, metres. None unless they were asked for.
         event_hash: of the event log; equal runs have equal hashes.
         is_repeatable: whether the repetition for the records had the same hash; None without one.
         folder: of the kept run, relative to the sweep's; empty if it is not kept.
@@ -66,6 +73,10 @@ class SweepRow:
     start_seconds: float | None = None
     cpu_seconds: float | None = None
     memory_mb: float | None = None
+    detour: float | None = None
+    turning: float | None = None
+    jerk: float | None = None
+    goal_error: float | None = None
     event_hash: str = ""
     is_repeatable: bool | None = None
     folder: str = ""
@@ -111,11 +122,17 @@ def counted(rows: Sequence[SweepRow]) -> tuple[int, int]:
 
 
 def columns(rows: Sequence[SweepRow], factors: Sequence[Factor]) -> dict[str, list[Any]]:
-    """Return the columns of a table: number, seed, the factors by name, then the figures."""
-    names = [item.name for item in fields(SweepRow) if item.name not in ("settings", "versions")]
+    """Return the columns of a table: number, seed, the factors by name, then the figures.
+
+    A run without a value of a factor, the baseline of a tuning, has None.
+    """
+    measured = any(row.jerk is not None for row in rows)
+    left_out = ("settings", "versions", *(() if measured else DRIVING))
+    names = [item.name for item in fields(SweepRow) if item.name not in left_out]
     named = {
         f"argument.{factor.name}" if factor.name in names else factor.name: [
-            factor.typed(row.settings[factor.name]) for row in rows
+            factor.typed(row.settings[factor.name]) if factor.name in row.settings else None
+            for row in rows
         ]
         for factor in factors
     }

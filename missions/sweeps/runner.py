@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from io import RawIOBase
+from pathlib import Path
 from time import perf_counter
 
 from missions.bench.processes import ProcessEnded, results
@@ -16,11 +17,15 @@ from missions.sweeps.checking import CheckedSweep
 from missions.sweeps.claims import Claim, Decision
 from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, HUNG, KILLED, SweepRow
+from missions.sweeps.sweep import SCENE
 from missions.sweeps.table import SweepFolder, place_of
 from missions.sweeps.worker import SweepInputs, start_worker
 
 RUNS_PER_PROCESS = 200
 """A process is replaced after so many runs: each leaves some memory behind (docs/sweeps.md)."""
+
+SCENES_PER_PROCESS = 40
+"""The same if robot or world change: PyBullet keeps the meshes of each, about 10 MB a world."""
 
 TABLE_PERIOD = 60.0
 """Wall seconds between two writes of the table."""
@@ -30,7 +35,7 @@ SILENCE = 300.0
 The kernels of a fresh installation compile in less."""
 
 Follow = Callable[[list[SweepRow]], None]
-"""Gets all rows so far, after each run and at times in between."""
+"""Gets all rows so far: before the first run, after each one, and at times in between."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +46,13 @@ class ExecutionSettings:
         jobs: processes.
         until: claim that ends the sweep once it is decided.
         silence: seconds computed, or idle, without a step after which a run counts as hung.
+        cluster: address of a Dask scheduler, whose workers make the runs; empty: this machine's.
     """
 
     jobs: int = 1
     until: Claim | None = None
     silence: float = SILENCE
+    cluster: str = ""
 
 
 def run_sweep(
@@ -60,6 +67,7 @@ def run_sweep(
     """
     with folder.open_journal() as journal:
         rows = folder.begin(checked)
+        follow(rows)
         try:
             _fill(journal, rows, checked, folder, execution, follow)
         finally:
@@ -75,15 +83,11 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
     decision = None if execution.until is None else Decision(execution.until, rows)
     if decision is not None and decision.verdict is not None:
         return
-    inputs = SweepInputs(checked.sweep, folder.runs)
-    made = results(
-        partial(start_worker, inputs), _missing(checked, rows), execution.jobs, RUNS_PER_PROCESS,
-        silence=execution.silence, on_poll=lambda: follow(rows),
-    )  # fmt: skip
+    inputs = SweepInputs(checked.sweep, folder.runs, checked.paths)
+    made = made_rows(inputs, _missing(checked, rows), execution, lambda: follow(rows))
     tabulated = perf_counter()
-    with closing(made):  # type: ignore[type-var]
-        for run, result in made:
-            row = row_of(run, result, folder)
+    with closing(made):
+        for row in made:
             folder.write(journal, row)
             rows.append(row)
             follow(rows)
@@ -96,13 +100,43 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
                 tabulated = perf_counter()
 
 
+def made_rows(
+    inputs: SweepInputs, runs: Iterable[RunDescription], execution: ExecutionSettings,
+    on_poll: Callable[[], None] = lambda: None,
+) -> Generator[SweepRow, None, None]:  # fmt: skip
+    """Make runs in the processes of this machine, or of a cluster; yield rows as runs finish.
+
+    Closing the generator ends the processes; a cluster's cancel their runs.
+
+    Args:
+        inputs: of all runs.
+        runs: each is taken when a process is free, after the rows so far: it may depend on them.
+        execution: number of processes and their limits.
+        on_poll: called at times.
+    """
+    if execution.cluster:
+        from missions.sweeps.cluster import cluster_rows  # imports Dask
+
+        yield from cluster_rows(execution.cluster, inputs, runs, execution.silence, on_poll)
+        return
+    several = any(factor.name in SCENE for factor in inputs.sweep.factors)
+    made = results(
+        partial(start_worker, inputs), runs, execution.jobs,
+        RUNS_PER_PROCESS if not several else SCENES_PER_PROCESS,
+        silence=execution.silence, on_poll=on_poll,
+    )  # fmt: skip
+    with closing(made):  # type: ignore[type-var]
+        for run, result in made:
+            yield _row(run, result, inputs.runs)
+
+
 def _missing(checked: CheckedSweep, rows: list[SweepRow]) -> Iterator[RunDescription]:
     done = {row.number for row in rows}
     return (run for run in checked.sweep.descriptions() if run.number not in done)
 
 
-def row_of(
-    run: RunDescription, result: SweepRow | ProcessEnded | BaseException, folder: SweepFolder
+def _row(
+    run: RunDescription, result: SweepRow | ProcessEnded | BaseException, folders: Path
 ) -> SweepRow:
     """Return the row of a run; of one whose process has ended, with the records up to its end."""
     if isinstance(result, SweepRow):
@@ -111,6 +145,6 @@ def row_of(
         raise result
     outcome = HUNG if result.hung else KILLED if result.killed else CRASHED
     row = SweepRow.without_figures(run, outcome, result.reason, versions())
-    place = place_of(folder.runs, run.number)
+    place = place_of(folders, run.number)
     kept = next(filter(is_run_folder, (place, *place.glob("*"))), None)  # see RunMaker._folder
-    return row if kept is None else replace(row, folder=str(kept.relative_to(folder.path)))
+    return row if kept is None else replace(row, folder=str(kept.relative_to(folders.parent)))

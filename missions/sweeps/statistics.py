@@ -76,6 +76,24 @@ def mann_whitney(one: Sequence[float], other: Sequence[float]) -> tuple[float, f
     return larger / (n * m), erfc(z / sqrt(2.0))
 
 
+def wilcoxon(differences: Sequence[float]) -> float:
+    """Return the p-value of differences of pairs that are symmetric about zero.
+
+    F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1, 1945: the
+    signed-rank test without the zeros. Two-sided, by the normal approximation with corrections for
+    ties and continuity, which holds from about 8 differences.
+    """
+    values = np.array([value for value in differences if value != 0.0], dtype=np.float64)
+    n = len(values)
+    if n == 0:
+        return 1.0
+    ranks = _ranks(np.abs(values))
+    positive = float(ranks[values > 0.0].sum())
+    deviation = sqrt(float((ranks**2).sum()) / 4.0)  # with the ties: their mean ranks
+    z = max(0.0, abs(positive - n * (n + 1) / 4.0) - 0.5) / deviation
+    return erfc(z / sqrt(2.0))
+
+
 def _ranks(values: FloatArray) -> FloatArray:
     """Return the ranks of values from 1, the mean rank for equal ones."""
     _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)

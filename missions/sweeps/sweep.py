@@ -16,7 +16,9 @@ from missions.sweeps.factors import Factor, listed
 from stack.errors import InputError
 from stack.telemetry.codec import field_codecs
 
-WORLD, ROBOT, START, FAULTS = "world", "robot", "start", "faults"
+MISSION, WORLD, ROBOT, START, FAULTS = "mission", "world", "robot", "start", "faults"
+SCENE = (MISSION, WORLD, ROBOT, START)
+"""Factors that are neither arguments nor parameters; `faults` is another one."""
 
 ALL, FAILURES, NONE = "all", "failures", "none"
 KEEP = (ALL, FAILURES, NONE)
@@ -31,7 +33,7 @@ class Sweep:
     """Runs of a mission, all of which follow from this and their number.
 
     Attributes:
-        mission: path or name.
+        mission: path or name; the first one, if it is a factor.
         runs: number of runs.
         design: grid | random | latin | sobol.
         factors: what varies.
@@ -66,13 +68,17 @@ class Sweep:
         plan = self.plan
         return (plan.run(number) for number in range(self.runs))
 
+    def mission_of(self, settings: Mapping[str, str]) -> str:
+        """Return the mission of a run: path or name."""
+        return settings.get(MISSION, self.mission)
+
     def options(self, settings: Mapping[str, str], seed: int) -> RunOptions:
         """Return the options of a run: as those of `treepilot run`."""
         named = {name: settings.get(name, given) for name, given in (
             (WORLD, self.world), (ROBOT, self.robot), (START, self.start), (FAULTS, self.faults)
         )}  # fmt: skip
         start = named[START]
-        rest = {name: text for name, text in settings.items() if name not in named}
+        rest = {name: text for name, text in settings.items() if name not in (*SCENE, FAULTS)}
         dotted = {name: text for name, text in rest.items() if "." in name}
         plain = {name: text for name, text in rest.items() if "." not in name}
         return RunOptions(

@@ -28,6 +28,7 @@ KEYS = {
         Declaration("worlds", str, "pattern of world files, or of names", default=None),
         Declaration("seed", int, "seed of the first run", default=None, at_least=0),
         Declaration("jobs", int, "processes", default=None, at_least=1),
+        Declaration("cluster", str, "address of a Dask scheduler", default=None),
         Declaration("out", str, "folder of the results", default=None),
         Declaration("keep", str, "runs whose folders are kept", default=None, one_of=KEEP),
         Declaration("time_limit", float, "simulated time", "s", default=None, above=0.0),

@@ -12,23 +12,26 @@ import gc
 import resource
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
+from statistics import mean
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Any
 
+from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.processes import Alive
-from missions.execution.faults import changes_world
-from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.bench.shortest_path import shortest_path_lengths
+from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.report import Report
 from missions.execution.resources import versions
 from missions.execution.run import Run, RunWatch
 from missions.execution.running import execute
-from missions.execution.scene import OF_SCENE
+from missions.execution.shared_simulation import SharedSimulation
 from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.page.story import read_story
@@ -36,11 +39,9 @@ from missions.sweeps.design import RunDescription
 from missions.sweeps.row import CRASHED, FAILURE, REFUSED, SUCCESS, TIME_LIMIT, SweepRow
 from missions.sweeps.sweep import ALL, FAILURES, NONE, Sweep
 from missions.sweeps.table import place_of
-from robots.bodies import BodySetup, MakeBody, Simulated, body_kind
-from robots.simulated import SimulatedBody
-from stack.body import Body
-from stack.errors import InputError, exception_sentence, traceback_text
-from stack.sim.simulation import Simulation
+from robots.bodies import Simulated, body_kind
+from stack.errors import InputError, NavigationError, exception_sentence, traceback_text
+from stack.types import Pose2D
 
 PLANS = 32
 """Prepared missions that a process keeps."""
@@ -56,10 +57,16 @@ class SweepInputs:
     Attributes:
         sweep: the mission, its factors and options.
         runs: folder of the run folders, absolute.
+        paths: files that its missions read, absolute; only machines of a cluster need them.
+        diagnoses: whether a failure runs again with records, for its cause.
+        measures_driving: whether rows have the figures of `row.DRIVING`.
     """
 
     sweep: Sweep
     runs: Path
+    paths: tuple[Path, ...] = ()
+    diagnoses: bool = True
+    measures_driving: bool = False
 
 
 def start_worker(inputs: SweepInputs, alive: Alive) -> RunMaker:
@@ -114,7 +121,8 @@ class RunMaker:
         row = _row(run, self._executed(plan, run, folder), prepared)
         if folder is not None:
             return self._diagnosed(row, folder, kept=True)
-        return row if row.is_success else self._repeated(plan, run, row)
+        is_done = row.is_success or not self._inputs.diagnoses
+        return row if is_done else self._repeated(plan, run, row)
 
     def _repeated(self, plan: PreparedMission, run: RunDescription, row: SweepRow) -> SweepRow:
         """Run again with records; return the row with what they tell, or as it is without them."""
@@ -130,7 +138,8 @@ class RunMaker:
 
     def _prepared(self, settings: tuple[tuple[str, str], ...]) -> PreparedMission:
         sweep = self._inputs.sweep
-        return prepare(sweep.mission, sweep.options(dict(settings), sweep.seed))
+        chosen = dict(settings)
+        return prepare(sweep.mission_of(chosen), sweep.options(chosen, sweep.seed))
 
     def _executed(
         self, plan: PreparedMission, run: RunDescription, folder: Path | None
@@ -141,8 +150,11 @@ class RunMaker:
         make_body = None
         if plan.recording is None and body_kind(plan.robot.body) is Simulated:
             make_body = self._simulations.body_of(plan, options)
-        report = execute(plan, options, make_body=make_body, watch=watch)
-        return _Executed(report, watch.is_late)
+        recorder = DriveRecorder() if self._inputs.measures_driving else None
+        sinks = [] if recorder is None else [recorder]
+        report = execute(plan, options, sinks, make_body=make_body, watch=watch)
+        driving = {} if recorder is None else _driving(plan, report, recorder)
+        return _Executed(report, watch.is_late, driving)
 
     def _folder(self, run: RunDescription, plan: PreparedMission) -> Path:
         """Return the empty folder of a run.
@@ -180,53 +192,6 @@ class RunMaker:
         return replace(row, node=node, code=code, cause=causes[0] if causes else "")
 
 
-class SharedSimulation:
-    """The simulation of the last run, reset for the next one of the same robot, world and start.
-
-    After `Simulation.reset` it is bit for bit like a new one.
-    """
-
-    def __init__(self) -> None:
-        self._scene: tuple[Any, ...] | None = None
-        self._simulation: Simulation | None = None
-        self._body: SimulatedBody | None = None
-
-    def body_of(self, plan: PreparedMission, options: RunOptions) -> MakeBody:
-        """Return what makes the body of a run. The plan's robot and world follow from the options.
-
-        Component parameters, which are most of what varies, leave robot and world as they are;
-        faults do, unless they change the world.
-        """
-        parameters = sorted((options.parameters or {}).items())
-        own = tuple(item for item in parameters if item[0].startswith(OF_SCENE))
-        moved = (options.seed, options.faults, *parameters) if changes_world(plan.faults) else ()
-        scene = (
-            plan.mission.source, options.robot, options.world, options.start,
-            tuple(sorted((options.arguments or {}).items())), own, moved,
-        )  # fmt: skip
-
-        def make(setup: BodySetup) -> Body:
-            if self._body is None or self._scene != scene:
-                self.close()
-                self._simulation = Simulation(setup.world)
-                self._body = SimulatedBody(
-                    setup.robot, setup.world, start=setup.start, seed=setup.seed,
-                    simulation=self._simulation, faults=setup.faults,
-                )  # fmt: skip
-                self._scene = scene
-            else:
-                self._body.reset(setup.seed, setup.faults)
-            return self._body
-
-        return make
-
-    def close(self) -> None:
-        """Close the simulation. Safe to call twice."""
-        if self._simulation is not None:
-            self._simulation.close()
-        self._simulation = self._body = self._scene = None
-
-
 class _Watch(RunWatch):
     """Reports the progress of a run, and ends one that takes too long.
 
@@ -253,6 +218,37 @@ class _Watch(RunWatch):
 class _Executed:
     report: Report
     is_late: bool
+    driving: Mapping[str, Any]
+
+
+def _driving(
+    plan: PreparedMission, report: Report, recorder: DriveRecorder
+) -> dict[str, float | None]:
+    """Return the figures of `row.DRIVING`."""
+    errors = [goal.distance_to(truth) for goal, truth in recorder.reached]
+    shortest = _shortest(plan, [truth for _, truth in recorder.reached])
+    detour = report.distance_m / shortest if report.distance_m and shortest else None
+    return {
+        "detour": _rounded(detour),
+        "turning": _rounded(recorder.turning), "jerk": _rounded(recorder.jerk),
+        "goal_error": _rounded(mean(errors) if errors else None),
+    }  # fmt: skip
+
+
+def _shortest(plan: PreparedMission, stops: Sequence[Pose2D]) -> float | None:
+    """Return the shortest length from the start over all stops, metres; straight without a path."""
+    if not stops:
+        return None
+    chain = [plan.start, *stops]
+    path_length = shortest_path_lengths(plan.world, plan.robot, chain)
+
+    def length(here: Pose2D, there: Pose2D) -> float:
+        try:
+            return path_length(here, there)
+        except NavigationError:
+            return here.distance_to(there)
+
+    return sum(length(here, there) for here, there in pairwise(chain))
 
 
 def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
@@ -260,7 +256,8 @@ def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
     report = executed.report
     error = report.localisation_error or {}
     end = report.final_pose.get("truth") or report.final_pose.get("estimate") or {}
-    outcomes = {"error": CRASHED, "interrupted": TIME_LIMIT, "success": SUCCESS, "failure": FAILURE}
+    # Without the time limit only the end of a recording interrupts a run.
+    outcomes = {"error": CRASHED, "interrupted": FAILURE, "success": SUCCESS, "failure": FAILURE}
     return SweepRow(
         run.number, run.seed, dict(run.settings),
         outcome=TIME_LIMIT if executed.is_late else outcomes.get(report.status, report.status),
@@ -280,6 +277,7 @@ def _row(run: RunDescription, executed: _Executed, prepared: float) -> SweepRow:
         start_seconds=round(prepared + report.time_to_first_tick, 3),
         event_hash=report.log_sha256,
         versions=report.versions,
+        **executed.driving,
     )  # fmt: skip
 
 

@@ -1,5 +1,5 @@
-"""`treepilot tune`: score settings of a mission's components in the simulation.
+"""`treepilot tune`: search better settings of a mission in simulation, by Optuna.
 
-ranges (parameters to try) · sampling (their values) · scoring (cost of a run) · tuning (the runs) ·
-findings (table, JSON and parameter file).
+objectives (what is better) · study (Optuna's) · tuning (the runs) · scoring (settings compared) ·
+results (table, JSON and parameter files) · page.
 """

@@ -1,90 +1,114 @@
-"""Results of a tuning as a table, as JSON and as a parameter file."""
+"""Results of a tuning as a table, as JSON and as parameter files."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from missions.tuning.scoring import MEASURES, Measure, Score, best_first
+from missions.tuning.objectives import MEASURES, Measure
+from missions.tuning.page import page_of
+from missions.tuning.scoring import Difference, Score, best_first
 from missions.tuning.tuning import TuningResult
 from stack.columns import columns
 from stack.documents import as_yaml, value_of
 
-TABLE, SCORES, BEST = "table.txt", "scores.json", "best.yaml"
+TABLE, SCORES, BEST, PAGE = "table.txt", "scores.json", "best.yaml", "report.html"
+FRONT = "front-{}.yaml"
 UNCHANGED = "unchanged"
 """Value of a parameter in the table's row of the baseline."""
 
 
 def write_findings(tuned: TuningResult, out: Path) -> list[Path]:
-    """Write all files to a folder; the parameter file only if a setting beats the baseline."""
-    contents = {TABLE: "\n".join(table_lines(tuned)) + "\n", SCORES: as_json(tuned)}
-    if tuned.best.settings:
-        contents[BEST] = parameter_file(tuned)
-    else:
-        (out / BEST).unlink(missing_ok=True)  # written by an earlier tuning with fewer samples
+    """Write all files to a folder; parameter files only of settings that beat the baseline."""
+    for file in [out / BEST, *out.glob(FRONT.format("*"))]:
+        file.unlink(missing_ok=True)  # of an earlier tuning with fewer samples
+    contents = {
+        TABLE: "\n".join(table_lines(tuned)) + "\n", SCORES: as_json(tuned),
+        PAGE: page_of(tuned, [*verdict_lines(tuned)]),
+    }  # fmt: skip
+    several = len(tuned.objectives) > 1
+    for number, score in enumerate(tuned.front if several else [tuned.best], start=1):
+        if score.settings:
+            contents[FRONT.format(number) if several else BEST] = parameter_file(tuned, score)
     for name, text in contents.items():
         (out / name).write_text(text, "utf-8")
     return [out / name for name in contents]
 
 
 def table_lines(tuned: TuningResult) -> Iterator[str]:
-    """Yield the table, best setting first, each figure with its difference to the baseline."""
-    baseline = tuned.scores[0]
-    ranked = best_first(tuned.scores)
-    names = [item.name for item in tuned.ranges]
-    yield from columns([_header(names), *(
-        [str(place), *_cells(score, baseline, names)] for place, score in enumerate(ranked, start=1)
-    )])  # fmt: skip
+    """Yield the table, best setting first, each figure with its difference to the baseline.
+
+    With several objectives the settings of the front come first.
+    """
+    front = tuned.front
+    ranked = best_first(tuned.scores, tuned.objectives)
+    if len(tuned.objectives) > 1:
+        ranked = [*front, *(score for score in ranked if score not in front)]
+    lines = [[str(place), *_cells(tuned, score)] for place, score in enumerate(ranked, start=1)]
+    yield from columns([_header(tuned), *lines])
     yield ""
     yield from verdict_lines(tuned)
 
 
 def verdict_lines(tuned: TuningResult) -> Iterator[str]:
-    """Yield the statistical significance of the best setting, and notes."""
-    best, seeds = tuned.best, len(tuned.scores[0].costs)
-    if not best.settings:
-        yield f"none of the {len(tuned.scores) - 1} settings beats the unchanged mission"
-        return
+    """Yield the statistical significance of the best settings, and notes."""
     others = len(tuned.scores) - 1
-    yield f"best of {others} settings on {_runs(seeds)}: {_difference(best)}"
-    if tuned.confirmed:
-        yield f"the same on {_runs(len(best.costs), tuned)}: {_difference(tuned.confirmed[1])}"
+    best = [score for score in tuned.front if score.settings]
+    if not best:
+        yield f"none of the {others} settings beats the unchanged mission"
+        return
+    if len(tuned.objectives) == 1:
+        yield f"best of {others} settings on {_runs(best[0].seeds)}: {_difference(tuned, best[0])}"
     else:
+        yield f"front: {len(best)} of {others} settings, on {_runs(best[0].seeds)}"
+    for score in tuned.held_out[1:]:
+        shown = "" if len(tuned.objectives) == 1 else f"{_settings(score)}: "
+        held_out = f"{_runs(score.seeds)} held out" if score.seeds > 1 else "a seed held out"
+        yield f"{shown}the same on {held_out}: {_difference(tuned, score)}"
+    if not tuned.held_out:
         yield "the best of many settings is partly better by chance; use --confirm"
-    for line in shadowed(tuned):
-        yield f"note: {line}"
+    for score in best:
+        for line in shadowed(tuned, score):
+            yield f"note: {line}"
 
 
 def as_json(tuned: TuningResult) -> str:
-    """Return the content of the table, and the costs per seed, as JSON."""
+    """Return the content of the table, and the values per seed, as JSON."""
     return json.dumps({
         "mission": tuned.plan.mission.source.name,
-        "ranges": {item.name: list(item.values) or [item.low, item.high] for item in tuned.ranges},
-        "scores": [_plain(score) for score in best_first(tuned.scores)],
-        "confirmed": [_plain(score) for score in tuned.confirmed],
+        "objectives": [
+            {"name": one.name, "maximises": one.maximises} for one in tuned.objectives
+        ],
+        "factors": [factor.plain() for factor in tuned.factors],
+        "scores": [_plain(score) for score in best_first(tuned.scores, tuned.objectives)],
+        "front": [dict(score.settings) for score in tuned.front],
+        "held_out": [_plain(score) for score in tuned.held_out],
+        "importances": [dict(one) for one in tuned.importances],
         "left_out": [{"settings": dict(one), "why": why} for one, why in tuned.left_out],
     }, indent=2, ensure_ascii=False)  # fmt: skip
 
 
-def parameter_file(tuned: TuningResult) -> str:
-    """Return the best settings as a parameter file for a mission's `parameters`."""
+def parameter_file(tuned: TuningResult, score: Score) -> str:
+    """Return settings as a parameter file for a mission's `parameters`."""
     section: dict[str, dict[str, Any]] = {}
-    for name, text in tuned.best.settings.items():
-        kind, _, parameter = name.partition(".")
+    for name, text in score.settings.items():
+        kind, dot, parameter = name.partition(".")
+        if not dot:
+            continue  # an argument, world, robot or start
         choice = tuned.plan.choices[kind]
         use = {} if choice.name == kind else {"use": choice.name}
         section.setdefault(kind, use)[parameter] = value_of(text)
     source = tuned.plan.mission.source.name
-    remarks = [f"The best settings for {source}, by `treepilot tune`.", *verdict_lines(tuned)]
+    remarks = [f"Settings for {source}, found by `treepilot tune`.", *verdict_lines(tuned)]
     return "".join(f"# {line}\n" for line in remarks) + as_yaml(section)
 
 
-def shadowed(tuned: TuningResult) -> Iterator[str]:
+def shadowed(tuned: TuningResult, score: Score) -> Iterator[str]:
     """Yield notes on settings that the mission file itself overrides."""
     mission = tuned.plan.mission
-    for name in tuned.best.settings:
+    for name in score.settings:
         kind, _, parameter = name.partition(".")
         part = mission.components.get(kind)
         mark = None if part is None else part.marks.get(parameter)
@@ -94,27 +118,33 @@ def shadowed(tuned: TuningResult) -> Iterator[str]:
 
 def _plain(score: Score) -> dict[str, Any]:
     return {
-        "settings": dict(score.settings), "cost": score.cost, "worst": score.worst,
-        "difference": score.gain, "standard_error": score.noise, "verdict": score.verdict,
-        "successes": score.successes, "costs": dict(score.costs), "means": score.means,
+        "settings": dict(score.settings), "values": [dict(one) for one in score.values],
+        "differences": [
+            {"mean": one.gain, "standard_error": one.noise, "verdict": one.verdict}
+            for one in score.differences
+        ],
+        "successes": score.successes, "pruned": score.is_pruned, "means": dict(score.means),
     }  # fmt: skip
 
 
-def _header(names: Sequence[str]) -> list[str]:
+def _header(tuned: TuningResult) -> list[str]:
+    heads = [cell for one in tuned.objectives for cell in (one.name, "difference", "")]
     units = [f"{measure.name} {measure.unit}".strip() for measure in MEASURES]
-    return ["", "cost", "worst", "difference", "", "success", *units, *names]
+    return ["", *heads, "success", *units, *(factor.name for factor in tuned.factors)]
 
 
-def _cells(score: Score, baseline: Score, names: Sequence[str]) -> list[str]:
-    runs = len(score.costs)
-    settings = [score.settings.get(name, UNCHANGED) for name in names]
-    is_baseline = not score.settings
-    return [
-        f"{score.cost:.3f}", f"{score.worst:.3f}",
-        "baseline" if is_baseline else _with_noise(score),
-        "" if is_baseline else score.verdict, f"{score.successes}/{runs}",
-        *(_figure(measure, score.means, baseline.means) for measure in MEASURES), *settings,
-    ]  # fmt: skip
+def _cells(tuned: TuningResult, score: Score) -> list[str]:
+    before = tuned.scores[0].means
+    cells = []
+    for number, difference in enumerate(score.differences):
+        verdict = "pruned" if score.is_pruned else difference.verdict
+        cells += [
+            f"{score.mean(number):.4g}", _with_noise(difference) if score.settings else "baseline",
+            verdict if score.settings else "",
+        ]  # fmt: skip
+    settings = [score.settings.get(factor.name, UNCHANGED) for factor in tuned.factors]
+    figures = (_figure(measure, score.means, before) for measure in MEASURES)
+    return [*cells, f"{score.successes}/{score.seeds}", *figures, *settings]
 
 
 def _figure(measure: Measure, means: Mapping[str, float], before: Mapping[str, float]) -> str:
@@ -128,21 +158,26 @@ def _figure(measure: Measure, means: Mapping[str, float], before: Mapping[str, f
     return f"{value:.3g} {100.0 * (value / reference - 1.0):+.0f}%"
 
 
-def _with_noise(score: Score) -> str:
-    noise = "" if score.noise is None else f" ± {score.noise:.3f}"
-    return f"{score.gain:+.3f}{noise}"
+def _with_noise(difference: Difference) -> str:
+    noise = "" if difference.noise is None else f" ± {difference.noise:.2g}"
+    return f"{difference.gain:+.3g}{noise}"
 
 
-def _difference(score: Score) -> str:
+def _difference(tuned: TuningResult, score: Score) -> str:
     means = {
         "one seed": "noise unknown with one seed; use --seeds 3 or more",
         "within noise": "not significant: within the noise of the seeds",
     }
-    return f"cost {_with_noise(score)}, {means.get(score.verdict, score.verdict)}"
+    return "; ".join(
+        f"{objective.name} {_with_noise(one)}{objective.unit and ' '}{objective.unit},"
+        f" {means.get(one.verdict, one.verdict)}"
+        for objective, one in zip(tuned.objectives, score.differences, strict=True)
+    )
 
 
-def _runs(seeds: int, tuned: TuningResult | None = None) -> str:
-    if tuned is not None:
-        seeds = len(tuned.confirmed[1].costs)
-        return f"{seeds} seeds not used for the selection" if seeds > 1 else "a new seed"
+def _settings(score: Score) -> str:
+    return " ".join(f"{name}={text}" for name, text in score.settings.items())
+
+
+def _runs(seeds: int) -> str:
     return f"{seeds} seeds" if seeds > 1 else "one seed"

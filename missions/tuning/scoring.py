@@ -1,13 +1,4 @@
-"""Cost of a run, and score of a setting over its seeds, relative to the unchanged mission.
-
-The cost of a successful run is a weighted mean of ratios to the baseline,
-
-    cost = Σ w_m r_m / Σ w_m + w_c · collisions,   r_m = x_m / x_m(baseline)
-
-(inverse for the clearance): 1 is as good as the unchanged mission, 0.9 a tenth better. Ratios are
-limited to WORST_RATIO and costs to WORST_SUCCESS; a failed run costs FAILED, more than any
-successful one. Values below a measure's floor count as the floor, so that noise is not rewarded.
-"""
+"""Settings compared with the baseline, seed by seed."""
 
 from __future__ import annotations
 
@@ -16,14 +7,8 @@ from dataclasses import dataclass
 from math import sqrt
 from statistics import mean, stdev
 
-from missions.bench.mission_runs import MissionRun
-from stack.errors import InputError
-from stack.parameters import suggestion
-
-FAILED = 10.0
-WORST_SUCCESS, WORST_RATIO = 9.0, 5.0
-
-COLLISIONS = "collisions"
+from missions.sweeps.row import SweepRow
+from missions.tuning.objectives import Means, Objective, means_of
 
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
 """95 % quantile of Student's t, two-sided, for the mean of 2, 3… 10 differences. For more
@@ -31,103 +16,31 @@ differences 2.2 is used, which is slightly too strict."""
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
-    """One figure of a run.
+class Difference:
+    """An objective's difference to the baseline with the same seeds.
 
     Attributes:
-        name: name for `--weight`, and of the run's attribute with the value.
-        unit: unit of the value.
-        weight: default weight.
-        floor: smaller values count as this value.
-        help: one-line description.
-        more_is_better: whether a larger value is better.
+        gain: mean.
+        noise: standard error; None with a single seed.
+        seeds: number of them.
+        sign: of the objective; with it, a gain below 0 is better.
     """
 
-    name: str
-    unit: str
-    weight: float
-    floor: float
-    help: str
-    more_is_better: bool = False
+    gain: float
+    noise: float | None
+    seeds: int
+    sign: float
 
-    def of(self, run: MissionRun) -> float | None:
-        """Return the value of a run; None if it has none."""
-        value: float | None = getattr(run, self.name)
-        return value
-
-    def ratio(self, value: float, reference: float) -> float:
-        """Return 1 for a value as good as the reference, 2 for one twice as bad."""
-        value, reference = max(value, self.floor), max(reference, self.floor)
-        ratio = reference / value if self.more_is_better else value / reference
-        return min(ratio, WORST_RATIO)
-
-
-MEASURES = (
-    Measure("time", "s", 1.0, 1.0, "simulated time of the mission"),
-    Measure("detour", "", 0.5, 1.0, "driven distance / shortest path over the goals"),
-    Measure(
-        "clearance", "m", 0.5, 0.02, "smallest true distance to obstacles", more_is_better=True
-    ),
-    Measure("turning", "rad/s²", 0.5, 0.02, "mean change of the commanded angular velocity"),
-    Measure("jerk", "m/s³", 0.25, 0.05, "root mean square of the commanded jerk"),
-    Measure("goal_error", "m", 0.5, 0.02, "true distance to the reached goals"),
-    Measure(COLLISIONS, "", 1.0, 0.0, "contacts of the moving robot; each adds the weight"),
-)
-
-RELATIVE = tuple(measure for measure in MEASURES if measure.name != COLLISIONS)
-
-Weights = Mapping[str, float]
-Means = dict[str, float]
-
-
-def read_weights(given: Mapping[str, str]) -> Weights:
-    """Return all weights; those of the command line override the defaults.
-
-    Raises:
-        InputError: unknown measure, or the weight is not a number of at least 0.
-    """
-    weights = {measure.name: measure.weight for measure in MEASURES}
-    for name, text in given.items():
-        if name not in weights:
-            raise InputError(f"--weight {name}: unknown measure; {suggestion(name, weights)}")
-        try:
-            weights[name] = float(text)
-        except ValueError:
-            weights[name] = -1.0
-        if not 0.0 <= weights[name] <= 1e6:
-            raise InputError(f"--weight {name}={text}: expected a number from 0 to 1e6, e.g. 0.5")
-    if not any(weights[measure.name] for measure in RELATIVE):
-        raise InputError("--weight: every measure has weight 0; set at least one above 0")
-    return weights
-
-
-def means_of(runs: Sequence[MissionRun]) -> Means:
-    """Return the mean of each measure over the runs that have it."""
-    values = {measure.name: [measure.of(run) for run in runs] for measure in MEASURES}
-    known = {name: [v for v in found if v is not None] for name, found in values.items()}
-    return {name: mean(found) for name, found in known.items() if found}
-
-
-def cost_of(run: MissionRun, reference: Means, weights: Weights) -> float:
-    """Return the cost of a run.
-
-    Args:
-        run: the run.
-        reference: means of the baseline's successful runs; measures without a mean do not count.
-        weights: weight of every measure.
-    """
-    if not run.success:
-        return FAILED
-    ratios = {
-        measure.name: measure.ratio(value, reference[measure.name])
-        for measure in RELATIVE
-        if measure.name in reference and (value := measure.of(run)) is not None
-    }
-    total = sum(weights[name] for name in ratios)
-    relative = (
-        sum(weights[name] * ratio for name, ratio in ratios.items()) / total if total else 1.0
-    )
-    return min(relative + weights[COLLISIONS] * run.collisions, WORST_SUCCESS)
+    @property
+    def verdict(self) -> str:
+        """Statistical significance of the gain at 95 %: better, worse, within noise or one seed."""
+        if self.noise is None:
+            return "one seed"
+        degrees = self.seeds - 1
+        certain = STUDENT[degrees - 1] if degrees <= len(STUDENT) else 2.2
+        if abs(self.gain) <= certain * self.noise:
+            return "within noise"
+        return "better" if self.sign * self.gain < 0.0 else "worse"
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,77 +49,91 @@ class Score:
 
     Attributes:
         settings: name -> value as text; empty for the baseline.
-        costs: seed -> cost.
+        values: of each objective: seed -> value.
+        differences: of each objective to the baseline.
         means: mean of each measure over the successful runs.
-        gain: mean difference to the baseline's cost with the same seed; below 0 is better.
-        noise: standard error of the gain; None with a single seed.
         successes: number of successful runs.
+        is_pruned: whether its remaining seeds were left out.
     """
 
     settings: Mapping[str, str]
-    costs: Mapping[int, float]
+    values: Sequence[Mapping[int, float]]
+    differences: Sequence[Difference]
     means: Means
-    gain: float
-    noise: float | None
     successes: int
+    is_pruned: bool = False
 
     @property
-    def cost(self) -> float:
-        """Mean cost over the seeds."""
-        return mean(self.costs.values())
+    def seeds(self) -> int:
+        """Number of runs."""
+        return len(self.values[0])
+
+    def mean(self, objective: int = 0) -> float:
+        """Return the mean of an objective over the seeds."""
+        return mean(self.values[objective].values())
 
     @property
-    def worst(self) -> float:
-        """Largest cost of a seed."""
-        return max(self.costs.values())
-
-    @property
-    def verdict(self) -> str:
-        """Statistical significance of the gain at 95 %: better, worse, within noise or one seed."""
-        if self.noise is None:
-            return "one seed"
-        degrees = len(self.costs) - 1
-        certain = STUDENT[degrees - 1] if degrees <= len(STUDENT) else 2.2
-        if abs(self.gain) <= certain * self.noise:
-            return "within noise"
-        return "better" if self.gain < 0.0 else "worse"
+    def rate(self) -> float:
+        """Rate of success."""
+        return self.successes / self.seeds
 
 
-Tried = Sequence[tuple[Mapping[str, str], Sequence[MissionRun]]]
-"""Settings with their runs, the baseline first."""
+Tried = tuple[Mapping[str, str], Sequence[SweepRow]]
+"""Settings with their runs."""
 
 
-def scores_of(tried: Tried, weights: Weights) -> list[Score]:
-    """Return the scores in the same order, the baseline first.
+def score_of(
+    tried: Tried, baseline: Sequence[SweepRow], objectives: Sequence[Objective], reference: Means,
+    *, is_pruned: bool = False,
+) -> Score:  # fmt: skip
+    """Return the score of a setting.
 
-    The reference is the mean over the baseline's successful runs; if it has none, over all
-    successful runs.
+    Args:
+        tried: the setting with its runs.
+        baseline: runs of the unchanged mission with the same seeds, and maybe further ones.
+        objectives: what is better.
+        reference: means of the baseline's successful runs.
+        is_pruned: whether its remaining seeds were left out.
     """
-    baseline = tried[0][1]
-    good = [run for run in baseline if run.success] or [
-        run for _, runs in tried for run in runs if run.success
-    ]
-    reference = means_of(good)
-    before = {run.seed: cost_of(run, reference, weights) for run in baseline}
-    return [_score(settings, runs, before, (reference, weights)) for settings, runs in tried]
+    settings, runs = tried
+    values = [{run.seed: one.value(run, reference) for run in runs} for one in objectives]
+    differences = []
+    for objective, own in zip(objectives, values, strict=True):
+        before = {run.seed: objective.value(run, reference) for run in baseline}
+        gains = [value - before[seed] for seed, value in own.items()]
+        noise = stdev(gains) / sqrt(len(gains)) if len(gains) > 1 else None
+        differences.append(Difference(mean(gains), noise, len(gains), objective.sign))
+    good = [run for run in runs if run.is_success]
+    return Score(settings, values, differences, means_of(good), len(good), is_pruned)
 
 
-def _score(
-    settings: Mapping[str, str],
-    runs: Sequence[MissionRun],
-    before: Mapping[int, float],
-    by: tuple[Means, Weights],
-) -> Score:
-    costs = {run.seed: cost_of(run, *by) for run in runs}
-    differences = [cost - before[seed] for seed, cost in costs.items()]
-    several = len(differences) > 1
-    good = [run for run in runs if run.success]
-    return Score(
-        settings, costs, means_of(good), mean(differences),
-        stdev(differences) / sqrt(len(differences)) if several else None, len(good),
-    )  # fmt: skip
+def best_first(scores: Sequence[Score], objectives: Sequence[Objective]) -> list[Score]:
+    """Return scores by the first objective, then by its worst seed; pruned ones come last."""
+    sign = objectives[0].sign
+
+    def key(score: Score) -> tuple[bool, float, float]:
+        worst = max(sign * value for value in score.values[0].values())
+        return score.is_pruned, round(sign * score.mean(), 9), worst
+
+    return sorted(scores, key=key)
 
 
-def best_first(scores: Sequence[Score]) -> list[Score]:
-    """Return scores sorted by mean cost, then by the worst seed; the sort is stable."""
-    return sorted(scores, key=lambda score: (round(score.cost, 9), score.worst))
+def front_of(scores: Sequence[Score], objectives: Sequence[Objective]) -> list[Score]:
+    """Return the settings that no other one beats in every objective, by the first objective.
+
+    Settings that were pruned, or succeed less often than the baseline, are left out.
+
+    Args:
+        scores: the baseline first.
+        objectives: of the scores.
+    """
+    able = [one for one in scores if not one.is_pruned and one.rate >= scores[0].rate]
+    points = [tuple(one.sign * score.mean(n) for n, one in enumerate(objectives)) for score in able]
+    front = [
+        score for score, point in zip(able, points, strict=True)
+        if not any(
+            other != point and all(a <= b for a, b in zip(other, point, strict=True))
+            for other in points
+        )
+    ]  # fmt: skip
+    return best_first(front, objectives)

@@ -1,27 +1,40 @@
-"""Runs of a tuning: baseline, samples, refinement, and confirmation of the best setting."""
+"""Runs of a tuning: the baseline, Optuna's trials, and the best settings on seeds held out."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from math import ceil
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from io import RawIOBase
+from itertools import count
 from pathlib import Path
+from time import perf_counter
+from typing import Any
 
-from missions.bench.bench import Key, Options
-from missions.bench.mission_runs import MISSIONS, MissionEntry, MissionRun, settings_of
-from missions.bench.run_table import fill, record_settings, rows_in
 from missions.execution.prepare import PreparedMission, prepare
-from missions.tuning.ranges import Range, read_ranges
-from missions.tuning.sampling import Settings, refined_box, sampled
-from missions.tuning.scoring import MEASURES, Score, Weights, best_first, scores_of
+from missions.sweeps.checking import CheckedSweep
+from missions.sweeps.design import RunDescription, Settings
+from missions.sweeps.factors import Factor
+from missions.sweeps.progress import duration_text
+from missions.sweeps.row import REFUSED, SweepRow
+from missions.sweeps.runner import ExecutionSettings, made_rows
+from missions.sweeps.table import SweepFolder
+from missions.sweeps.worker import SweepInputs
+from missions.tuning.objectives import BY_NAME, Means, Objective, means_of
+from missions.tuning.scoring import Score, front_of, score_of
+from missions.tuning.study import Study
 from stack.errors import InputError
 
 Log = Callable[[str], None]
 
-BASELINE: Settings = {}
+BASELINE: Settings = ()
 """Settings of the unchanged mission."""
 
-DEFAULT_WEIGHTS: Weights = {measure.name: measure.weight for measure in MEASURES}
+MOST_REFUSED = 200
+"""Proposals that the mission may refuse, one after another."""
+
+MOST_HELD_OUT = 5
+"""Settings of a front that run on the seeds held out."""
 
 
 @dataclass(frozen=True)
@@ -29,24 +42,21 @@ class TuneOptions:
     """Extent of a tuning.
 
     Attributes:
-        out: folder of the table. jobs: processes.
+        out: folder of the results.
+        objectives: what is better.
         samples: settings besides the baseline. seeds: runs per setting.
-        refine: refinements, each with half as many samples around the best third.
-        confirm: new seeds on which the best setting is compared with the baseline at the end.
-        time_limit: simulated seconds per run.
-        sampling_seed: seed of the samples.
-        weights: weights of the measures in the cost.
+        confirm: seeds held out, on which the best settings are compared with the baseline.
+        sampling_seed: seed of the proposals.
+        execution: processes.
     """
 
     out: Path
-    jobs: int = 1
+    objectives: tuple[Objective, ...]
     samples: int = 20
     seeds: int = 3
-    refine: int = 0
     confirm: int = 3
-    time_limit: float = 900.0
     sampling_seed: int = 0
-    weights: Weights = field(default_factory=lambda: DEFAULT_WEIGHTS)
+    execution: ExecutionSettings = field(default_factory=ExecutionSettings)
 
 
 @dataclass(frozen=True)
@@ -55,132 +65,298 @@ class TuningResult:
 
     Attributes:
         plan: the unchanged mission.
-        ranges: the tried parameters.
-        scores: scores of the baseline and of each setting, in the order in which they were tried.
-        confirmed: scores of the baseline and the best setting on new seeds; empty without any.
+        factors: the tried parameters.
+        objectives: what is better.
+        scores: of the baseline and of each setting, in the order in which they were proposed.
+        held_out: scores of the baseline and the best settings on new seeds; empty without any.
         left_out: settings that the mission refuses, with the reason.
+        importances: of each factor for each objective, from 0 to 1.
     """
 
     plan: PreparedMission
-    ranges: Sequence[Range]
+    factors: Sequence[Factor]
+    objectives: Sequence[Objective]
     scores: Sequence[Score]
-    confirmed: Sequence[Score] = ()
-    left_out: Sequence[tuple[Settings, str]] = ()
+    held_out: Sequence[Score] = ()
+    left_out: Sequence[tuple[Mapping[str, str], str]] = ()
+    importances: Sequence[Mapping[str, float]] = ()
+
+    @property
+    def front(self) -> list[Score]:
+        """The settings that no other one beats; with one objective the best one."""
+        return front_of(self.scores, self.objectives)
 
     @property
     def best(self) -> Score:
-        """Score with the smallest cost; the baseline if no setting is better."""
-        return best_first(self.scores)[0]
+        """The best setting by the first objective; the baseline if no setting is better."""
+        return self.front[0]
+
+
+@dataclass
+class _Trial:
+    """A trial that is not over.
+
+    Attributes:
+        trial: Optuna's.
+        waiting: seeds that have not begun. running: those that have, without a result.
+        judged: seeds whose values Optuna knows.
+    """
+
+    trial: Any
+    settings: Settings
+    waiting: list[int]
+    running: set[int] = field(default_factory=set)
+    judged: int = 0
 
 
 class Tuning:
-    """Fills a table with runs of a mission under different settings."""
+    """Makes the runs of a tuning. Its folder is one of a sweep, with Optuna's study.
 
-    def __init__(
-        self, entry: MissionEntry, given: Mapping[str, str], options: TuneOptions, log: Log
-    ) -> None:
-        """Read and check the mission, the ranges and the samples; nothing runs yet.
+    Args:
+        checked: the mission and its factors.
+        options: extent.
+        log: receives lines of progress.
 
-        Args:
-            entry: the mission, its arguments and robot; seed, limit and parameters are replaced.
-            given: the ranges, as text by name.
-            options: extent of the tuning.
-            log: receives lines of progress.
+    Raises:
+        InputError: Optuna is not installed, or the folder has other results.
+    """
 
-        Raises:
-            InputError: the mission, a range or a value has errors.
-        """
-        self.options, self._log = options, log
-        self._entry = replace(entry, time_limit=options.time_limit)
-        self.plan = prepare(entry.mission, entry.options)
-        self.ranges = read_ranges(given, self.plan)
-        self.left_out: list[tuple[Settings, str]] = []
-        self.settings: list[Settings] = [BASELINE]
-        self._add(sampled(self.ranges, options.samples, options.sampling_seed))
-        if len(self.settings) == 1:
-            raise InputError(f"every sample is refused; the first: {self.left_out[0][1]}")
-        record_settings(options.out, {"tune": settings_of(self._entry)})
+    def __init__(self, checked: CheckedSweep, options: TuneOptions, log: Log) -> None:
+        self._checked, self.options, self._log = checked, options, log
+        self._sweep, self._folder = checked.sweep, SweepFolder(options.out)
+        self._open: list[_Trial] = []
+        self._rows: dict[tuple[Settings, int], SweepRow] = {}
+        self._left_out: list[tuple[Mapping[str, str], str]] = []
+        self._over = self._over_before = 0
+        self._began = perf_counter()
 
     def run(self) -> TuningResult:
-        """Make all runs that are missing in the table.
+        """Make all runs that are missing; return the result.
 
         Raises:
-            InputError: the file in the folder is not a table of such runs.
+            InputError: the folder has other results, or the mission lacks a measure.
         """
-        options, seeds = self.options, range(self.options.seeds)
-        self._fill(self.settings, seeds)
-        for turn in range(1, options.refine + 1):
-            ranked = [score for score in best_first(self.so_far().scores) if score.settings]
-            best = [score.settings for score in ranked[: max(1, ceil(len(ranked) / 3))]]
-            box = refined_box(self.ranges, best, turn)
-            more = ceil(options.samples / 2)
-            self._add(sampled(self.ranges, more, options.sampling_seed + turn, box))
-            self._log(f"refining, turn {turn}: {_shown(self.ranges, box)}")
-            self._fill(self.settings, seeds)
-        tuned = self.so_far()
-        if options.confirm and tuned.best.settings:
-            self._log("confirming the best setting against the baseline on new seeds")
-            both = [BASELINE, tuned.best.settings]
-            new_seeds = range(options.seeds, options.seeds + options.confirm)
-            runs = self._fill(both, new_seeds)
-            tuned = replace(tuned, confirmed=self._scored(both, runs))
-        return tuned
-
-    def so_far(self) -> TuningResult:
-        """Return the result over the settings whose runs are complete.
-
-        Raises:
-            InputError: the runs of the baseline are not complete.
-        """
-        rows = rows_in(self.options.out, MissionRun)
-        seeds = range(self.options.seeds)
-        complete = [one for one in self.settings if self._is_complete(one, rows)]
-        if BASELINE not in complete:
-            raise InputError(f"{self.options.out} does not have all runs of the baseline yet")
-        runs = [rows[self._at(one, seed).key] for one in complete for seed in seeds]
-        scores = self._scored(complete, runs)
-        return TuningResult(self.plan, self.ranges, scores, (), self.left_out)
+        options = self.options
+        with self._folder.open_journal() as journal:
+            for row in self._folder.begin(self._checked):
+                self._rows[_key(row)] = row
+            self._study = Study(
+                options.out, self._sweep.factors, options.objectives, options.sampling_seed,
+                {"seeds": options.seeds, "objectives": _described(options.objectives)},
+            )  # fmt: skip
+            self._over = self._over_before = len(self._study.ended())
+            if self._rows:
+                self._log(f"{len(self._rows)} runs are already there")
+            try:
+                self._make(journal, self._wanted())
+                if options.confirm and self.has_baseline:
+                    self._make(journal, self._held_out())
+            finally:
+                self._folder.tabulate([*self._rows.values()], self._sweep)
+        return self.so_far()
 
     @property
     def has_baseline(self) -> bool:
         """Whether the runs of the baseline are complete."""
-        return self._is_complete(BASELINE, rows_in(self.options.out, MissionRun))
+        return all((BASELINE, seed) in self._rows for seed in range(self.options.seeds))
 
-    def _is_complete(self, settings: Settings, rows: Mapping[Key, MissionRun]) -> bool:
-        return all(self._at(settings, seed).key in rows for seed in range(self.options.seeds))
+    def so_far(self) -> TuningResult:
+        """Return the result over the settings that are over; the baseline's runs are complete."""
+        options = self.options
+        plan = prepare(self._sweep.mission, self._sweep.options({}, 0))
+        seeds = range(options.seeds)
+        found: dict[Settings, Score] = {BASELINE: self._score(BASELINE, seeds)}
+        for settings, is_pruned in self._study.ended():
+            key = tuple(settings.items())
+            found[key] = self._score(key, seeds, is_pruned=is_pruned)
+        result = TuningResult(
+            plan, self._sweep.factors, options.objectives, [*found.values()], (), self._left_out,
+            self._study.importances(),
+        )  # fmt: skip
+        new = range(options.seeds, options.seeds + options.confirm)
+        ran = [one for one in (BASELINE, *_best_of(result)) if (one, new[-1] if new else -1) in
+               self._rows]  # fmt: skip
+        held_out = [self._score(one, new) for one in ran] if len(ran) > 1 else []
+        return TuningResult(**{**vars(result), "held_out": held_out})
 
-    def _add(self, settings: Sequence[Settings]) -> None:
-        """Add new settings that the mission accepts."""
-        for one in settings:
-            if one in self.settings:
-                continue
+    def _wanted(self) -> Iterator[RunDescription]:
+        """Yield the runs of baseline and trials; each follows from the results so far."""
+        numbers = count(max((row.number for row in self._rows.values()), default=-1) + 1)
+        for seed in range(self.options.seeds):
+            if (BASELINE, seed) not in self._rows:
+                yield RunDescription(next(numbers), seed)
+        self._settle()
+        while (found := self._next_seed()) is not None:
+            trial, seed = found
+            yield RunDescription(next(numbers), seed, trial.settings)
+
+    def _next_seed(self) -> tuple[_Trial, int] | None:
+        """Return the next run: of a trial that is waiting, of a new one, or else one ahead."""
+        idle = (one for one in self._open if one.waiting and not one.running)
+        ahead = (one for one in self._open if one.waiting)
+        trial = next(idle, None) or self._begun() or next(ahead, None)
+        if trial is None:
+            return None
+        seed = trial.waiting.pop(0)
+        trial.running.add(seed)
+        return trial, seed
+
+    def _begun(self) -> _Trial | None:
+        """Begin a trial with a run that is missing, if there are to be more."""
+        refused = 0
+        while self._over + len(self._open) < self.options.samples:
+            asked = self._study.ask()
+            settings = self._study.settings_of(asked)
             try:
-                prepare(self._entry.mission, self._at(one, 0).options)
+                prepare(self._sweep.mission, self._sweep.options(settings, 0))
             except InputError as error:  # each value is valid alone, but not their combination
-                self.left_out.append((one, str(error)))
-                self._log(f"left out: {error}")
-            else:
-                self.settings.append(one)
+                self._refuse(asked, settings, str(error))
+                refused += 1
+                if refused == MOST_REFUSED:
+                    raise InputError(f"{refused} samples are refused; the last: {error}") from None
+                continue
+            key = tuple(settings.items())
+            seeds = [seed for seed in range(self.options.seeds) if (key, seed) not in self._rows]
+            self._open.append(_Trial(asked, key, seeds))
+            self._settle()
+            if self._open and self._open[-1].trial is asked:
+                return self._open[-1]
+        return None
 
-    def _at(self, settings: Settings, seed: int) -> MissionEntry:
-        options = replace(self._entry.options, seed=seed, parameters=settings)
-        return replace(self._entry, options=options)
+    def _refuse(self, asked: Any, settings: Mapping[str, str], why: str) -> None:
+        self._study.refuse(asked)
+        self._left_out.append((settings, why))
+        self._log(f"left out: {why}")
 
-    def _fill(self, settings: Sequence[Settings], seeds: range) -> list[MissionRun]:
-        entries = [self._at(one, seed) for one in settings for seed in seeds]
-        return fill(MISSIONS, entries, Options(self.options.out, self.options.jobs), self._log)
+    def _make(self, journal: RawIOBase, runs: Iterable[RunDescription]) -> None:
+        inputs = SweepInputs(
+            self._sweep, self._folder.runs, self._checked.paths, diagnoses=False,
+            measures_driving=True,
+        )  # fmt: skip
+        with closing(made_rows(inputs, runs, self.options.execution)) as made:
+            for row in made:
+                self._folder.write(journal, row)
+                self._rows[_key(row)] = row
+                for trial in self._open:
+                    if trial.settings == _key(row)[0]:
+                        trial.running.discard(row.seed)
+                self._settle()
 
-    def _scored(self, settings: Sequence[Settings], runs: Sequence[MissionRun]) -> list[Score]:
-        """Score runs that are in the order of the settings, equally many per setting."""
-        each = len(runs) // len(settings)
-        tried = [(one, runs[n * each : (n + 1) * each]) for n, one in enumerate(settings)]
-        return scores_of(tried, self.options.weights)
+    def _settle(self) -> None:
+        """Judge the trials by their rows, once the baseline is known."""
+        if not self.has_baseline:
+            return
+        reference = self._reference()
+        for trial in list(self._open):
+            if self._judge(trial, reference):
+                self._open.remove(trial)
+
+    def _judge(self, trial: _Trial, reference: Means) -> bool:
+        """Tell Optuna the values of a trial's seeds; return whether it is over."""
+        options, rows = self.options, []
+        for seed in range(options.seeds):
+            row = self._rows.get((trial.settings, seed))
+            if row is None:
+                return False
+            if row.outcome == REFUSED:
+                self._refuse(trial.trial, dict(trial.settings), row.reason)
+                return True
+            rows.append(row)
+            if seed < trial.judged or len(rows) == options.seeds:
+                continue
+            trial.judged += 1
+            value = _mean(options.objectives[0], rows, reference)
+            if self._study.is_hopeless(trial.trial, value, seed):
+                self._study.prune(trial.trial)
+                self._tell_end(trial, rows, reference, is_pruned=True)
+                return True
+        self._study.tell(trial.trial, [_mean(one, rows, reference) for one in options.objectives])
+        self._tell_end(trial, rows, reference)
+        return True
+
+    def _tell_end(
+        self, trial: _Trial, rows: Sequence[SweepRow], reference: Means, *, is_pruned: bool = False
+    ) -> None:  # fmt: skip
+        options = self.options
+        self._over += 1
+        left = options.samples - self._over
+        pace = (perf_counter() - self._began) / (self._over - self._over_before)
+        values = ", ".join(
+            f"{one.name} {_mean(one, rows, reference):.4g}{one.unit and ' '}{one.unit}"
+            for one in options.objectives
+        )
+        good = sum(row.is_success for row in rows)
+        end = f"pruned after {len(rows)} of {options.seeds} seeds" if is_pruned else ""
+        parts = [values, f"success {good}/{len(rows)}", end,
+                 " ".join(f"{name}={text}" for name, text in trial.settings),
+                 f"{duration_text(left * pace / 60.0)} left" if left else ""]  # fmt: skip
+        self._log(f"{self._over:4d}/{options.samples}  {'; '.join(filter(None, parts))}")
+
+    def _held_out(self) -> Iterator[RunDescription]:
+        """Yield the runs of the baseline and the best settings on new seeds."""
+        best = _best_of(self.so_far())
+        if not best:
+            return
+        numbers = count(max(row.number for row in self._rows.values()) + 1)
+        self._log("comparing the best settings with the baseline on seeds held out")
+        for settings in (BASELINE, *best):
+            for seed in range(self.options.seeds, self.options.seeds + self.options.confirm):
+                if (settings, seed) not in self._rows:
+                    yield RunDescription(next(numbers), seed, settings)
+
+    def _reference(self) -> Means:
+        """Return the means of the baseline's successes, or else those of the first success.
+
+        Raises:
+            InputError: the successes lack a measure that is an objective.
+        """
+        known = self._study.reference
+        if known is not None:
+            return known
+        seeds = range(self.options.seeds)
+        baseline = [self._rows[BASELINE, seed] for seed in seeds]
+        ordered = sorted(self._rows.values(), key=lambda row: row.number)
+        good = [row for row in baseline if row.is_success] or [
+            row for row in ordered if row.is_success
+        ][:1]
+        if not good:
+            return {}
+        means = means_of(good)
+        for objective in self.options.objectives:
+            if objective.name in BY_NAME and objective.name not in means:
+                raise InputError(
+                    f"the mission {Path(self._sweep.mission).stem} has no {objective.name}:"
+                    f" {BY_NAME[objective.name].help}"
+                )
+        self._study.keep_reference(means)
+        return means
+
+    def _score(self, settings: Settings, seeds: Iterable[int], *, is_pruned: bool = False) -> Score:
+        seeds = list(seeds)
+        runs = [row for seed in seeds if (row := self._rows.get((settings, seed))) is not None]
+        baseline = [self._rows[BASELINE, seed] for seed in seeds]
+        return score_of(
+            (dict(settings), runs), baseline, self.options.objectives, self._reference(),
+            is_pruned=is_pruned,
+        )  # fmt: skip
 
 
-def _shown(ranges: Sequence[Range], box: Sequence[tuple[float, float]]) -> str:
-    """Return the box as text; the upper fraction of a range is exclusive."""
-    ends = [
-        (item.name, item.text_at(low), item.text_at(high - 1e-9))
-        for item, (low, high) in zip(ranges, box, strict=True)
-    ]
-    return ", ".join(f"{name} {low}" + f"..{high}" * (high != low) for name, low, high in ends)
+def _best_of(result: TuningResult) -> list[Settings]:
+    """Return the settings that are worth a comparison: the best, or some of the front."""
+    found = result.front if len(result.objectives) > 1 else [result.best]
+    return [tuple(one.settings.items()) for one in found if one.settings][:MOST_HELD_OUT]
+
+
+def _mean(objective: Objective, rows: Sequence[SweepRow], reference: Means) -> float:
+    return sum(objective.value(row, reference) for row in rows) / len(rows)
+
+
+def _key(row: SweepRow) -> tuple[Settings, int]:
+    return tuple(row.settings.items()), row.seed
+
+
+def _described(objectives: Sequence[Objective]) -> str:
+    """Return what the values of a study depend on, besides its runs."""
+    weights = ", ".join(f"{name} {weight:g}" for name, weight in objectives[0].weights.items())
+    words = [f"{'maximise' if one.maximises else 'minimise'} {one.name}" for one in objectives]
+    return f"{', '.join(words)} (weights: {weights})"

@@ -12,7 +12,16 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError
 from stack.geometry.path_segment import PathSegment
 from stack.lifecycle import Lifecycle
-from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D, TrackedObject, Twist
+from stack.types import (
+    CostGrid,
+    FailureCode,
+    FloatArray,
+    Image,
+    Path,
+    Pose2D,
+    TrackedObject,
+    Twist,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +53,8 @@ class ControlState:
         at_goal: whether the goal's position is reached and only its heading is left, by the
             controller's `stop_criterion`.
         blind_behind: whether no sensor covers the ground behind; the robot then backs up slowly.
+        image: newest picture of the camera; None before the first one. Pictures are taken for
+            controllers that ask for them (`takes_pictures`).
     """
 
     time: float
@@ -54,6 +65,7 @@ class ControlState:
     points: FloatArray | None = None
     at_goal: bool = False
     blind_behind: bool = False
+    image: Image | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +102,11 @@ class Controller(Component, Lifecycle, ABC):
 
     def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None:
         super().__init__(parameters, robot)
+
+    @staticmethod
+    def takes_pictures(parameters: Any) -> bool:
+        """Whether the camera takes pictures all the time, for `ControlState.image`."""
+        return False
 
     @property
     def stop_criterion(self) -> StopCriterion:

@@ -21,6 +21,7 @@ from stack.types import (
     TRACK_PADDING,
     FailureCode,
     FloatArray,
+    Image,
     Limitation,
     Path,
     Perceived,
@@ -206,6 +207,7 @@ class Follower(Lifecycle):
             self._tools.local_costmap.grid, perceived.world.tracks,
             self._seen_and_mapped(perceived),
             blind_behind=perceived.obstacles.is_blind(pi),
+            image=perceived.newest("camera", Image),
         )  # fmt: skip
         try:
             twist = self._tools.path_follower.step(control_state)

@@ -45,7 +45,7 @@ from tests.benchmarks import (
     twists,
 )
 from tests.benchmarks.benchmark import HELD_OUT, Benchmark, Given, benches
-from tests.benchmarks.buildings import scores
+from tests.benchmarks.buildings import long_run, scores
 from tests.benchmarks.figures import FIGURES, Figures, update_documents, write
 from tests.benchmarks.origin import Version, current_version, machine, today
 from tests.benchmarks.table import show
@@ -71,6 +71,9 @@ TIMING = {
     "dashboard": Benchmark("The dashboard's process and its terminal",
                            lambda given: dashboard.run(),
                            setting={"mission": dashboard.MISSION, "speed": 1}),
+    "watched": Benchmark("What an engine pays for three dashboards",
+                         lambda given: dashboard.cost_of_watching(given["pairs"]), ("pairs",),
+                         {"mission": dashboard.MISSION, "speed": dashboard.WATCHED_SPEED}),
     "trees": Benchmark("A tick of a tree, ours and py_trees'", lambda given: trees.run(),
                        setting={"rounds": trees.ROUNDS, "ticks in a round": trees.TICKS}),
     "planning": Benchmark("Planning on generated office maps",
@@ -90,8 +93,6 @@ TIMING = {
     ),
     "depth_stage": Benchmark("Time of the depth stage", lambda given: depth.stage_table(),
                              setting={"parameters": "default"}),
-    "patrol": Benchmark("An hour of SLAM in the same room", lambda given: mapping.patrol_table(),
-                        setting={"minutes": 60, "parameters": "default"}),
 }  # fmt: skip
 OFF: dict[str, str | int] = {"recording": "off"}
 DRIVING = {
@@ -148,6 +149,14 @@ PERCEPTION = {
         lambda given: scores.buildings_table(given.seeds(HELD_OUT, given["buildings"])),
         ("buildings",), {"parameters": "default", "first seed": HELD_OUT},
     ),
+    "patrol": Benchmark(
+        "A day of SLAM in the same building",
+        lambda given: long_run.day_table(given["hours"]), ("hours",), {"parameters": "default"},
+    ),
+    "sessions": Benchmark(
+        "A map that is resumed", lambda given: long_run.sessions_table(),
+        setting={"parameters": "default"},
+    ),
     "places": Benchmark(
         "Relocalisation by appearance",
         lambda given: places.run(places.POSES, given.folder / "places", given.jobs),
@@ -177,7 +186,7 @@ COUNTS = {
     "presses": (200, "of the emergency stop in each situation"),
     "pairs": (5, "of runs without and with cameras"),
     "largest": (4000, "cells on a side of the largest map to plan on"),
-    "buildings": (20, "generated buildings"),
+    "buildings": (20, "generated buildings"), "hours": (24, "of SLAM in the same building"),
     "starts": (50, "of each robot that docks"),
 }  # fmt: skip
 """Numbers of runs: default and what is counted."""

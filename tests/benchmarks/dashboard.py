@@ -3,6 +3,9 @@
 A real engine drives 02_office_patrol at real time. The viewer is a process of its own under a
 pseudo-terminal of a given size, which this process empties. Only the viewer's time is counted,
 from /proc, and only after the first seconds, in which it starts.
+
+`cost_of_watching` is the other side: the engine's processor time for a part of the mission, without
+dashboards and with three of them, of which one is frozen and one was killed.
 """
 
 from __future__ import annotations
@@ -14,7 +17,8 @@ import sys
 import tempfile
 import termios
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 from select import select
 from time import monotonic  # noqa: TID251 - other processes take wall time
@@ -33,6 +37,9 @@ PATIENCE = 120.0
 """Wall seconds that an engine may take to answer; a first start compiles kernels."""
 
 MISSION = "02_office_patrol"
+
+WATCHED_SPEED, WATCHED = 2, (12.0, 40.0)
+"""Times real time, and the part of the mission whose processor time is measured, seconds."""
 
 T = TypeVar("T")
 
@@ -62,6 +69,51 @@ def _rows(folder: Path, size: tuple[int, int]) -> Rows:
     return rows
 
 
+def cost_of_watching(pairs: int) -> Rows:
+    """A row for each pair of runs; which of the two is first alternates."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for pair in range(pairs):
+            used = {
+                watched: _engine_time(Path(folder) / f"run-{os.getpid()}-{pair}-{watched}", watched)
+                for watched in ((False, True) if pair % 2 else (True, False))
+            }
+            rows.append({
+                "pair": pair + 1, "alone s": used[False], "watched s": used[True],
+                "cost %": 100.0 * (used[True] / used[False] - 1.0),
+            })  # fmt: skip
+    return rows
+
+
+def _engine_time(folder: Path, watched: bool) -> float:
+    """Processor time of the engine from WATCHED[0] to WATCHED[1], seconds."""
+    used: list[float] = []
+    with (
+        _engine(folder, WATCHED_SPEED) as (_, handle),
+        _three_viewers(handle) if watched else nullcontext(_rest) as rest,
+        closing(TelemetryClient(handle)) as client,
+    ):
+        for time in WATCHED:
+            _until(partial(_is_at, client, time), rest)
+            used.append(_processor_time(handle.pid))
+    return used[1] - used[0]
+
+
+@contextmanager
+def _three_viewers(handle: RunHandle) -> Iterator[Callable[[], object]]:
+    """Start three dashboards, freeze one and kill one; what empties the terminal of the third."""
+    with ExitStack() as viewers:
+        seen, frozen, killed = (viewers.enter_context(_viewer(handle, *SIZES[0])) for _ in range(3))
+        seen.read_for(SETTLING)
+        frozen.signal(signal.SIGSTOP)
+        killed.signal(signal.SIGKILL)
+        yield partial(seen.read_for, 0.05)
+
+
+def _is_at(client: TelemetryClient, time: float) -> bool:
+    return (snapshot := client.poll()) is not None and snapshot.time >= time
+
+
 class _Viewer:
     """The dashboard's process, and our end of its terminal."""
 
@@ -70,23 +122,21 @@ class _Viewer:
 
     def row(self, state: str) -> dict[str, Any]:
         """Measure the present state of the run."""
-        self._read_for(SETTLING)
-        began, processor = monotonic(), self._processor_time()
-        received = self._read_for(MEASURED)
+        self.read_for(SETTLING)
+        began, processor = monotonic(), _processor_time(self._process.pid)
+        received = self.read_for(MEASURED)
         wall = monotonic() - began
         return {
             "terminal": self._size, "state": state,
-            "core %": 100.0 * (self._processor_time() - processor) / wall,
+            "core %": 100.0 * (_processor_time(self._process.pid) - processor) / wall,
             "kB/s": received / wall / 1e3,
         }  # fmt: skip
 
-    def _processor_time(self) -> float:
-        """User and system time so far, seconds: fields 14 and 15 of proc(5)."""
-        text = Path(f"/proc/{self._process.pid}/stat").read_text("utf-8")
-        user, system = text.rpartition(")")[2].split()[11:13]
-        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+    def signal(self, number: signal.Signals) -> None:
+        """Freeze or kill the dashboard."""
+        self._process.send_signal(number)
 
-    def _read_for(self, seconds: float) -> int:
+    def read_for(self, seconds: float) -> int:
         """Empty the terminal for a while; return the number of bytes."""
         deadline, received = monotonic() + seconds, 0
         while (left := deadline - monotonic()) > 0.0:
@@ -96,10 +146,10 @@ class _Viewer:
 
 
 @contextmanager
-def _engine(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], RunHandle]]:
+def _engine(folder: Path, speed: float = 1) -> Iterator[tuple[subprocess.Popen[bytes], RunHandle]]:
     engine = subprocess.Popen(
-        [sys.executable, "-m", "missions.cli.app", "run", MISSION, "--headless", "--speed", "1",
-         "--out", str(folder)],
+        [sys.executable, "-m", "missions.cli.app", "run", MISSION, "--headless",
+         "--speed", str(speed), "--out", str(folder)],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         start_new_session=True,
     )  # fmt: skip
@@ -137,11 +187,22 @@ def _command(client: TelemetryClient, kind: str, state: MissionState) -> None:
     _until(lambda: (snapshot := client.poll()) is not None and snapshot.state is state)
 
 
-def _until(look: Callable[[], T | None]) -> T:
+def _processor_time(pid: int) -> float:
+    """User and system time of a process so far, seconds: fields 14 and 15 of proc(5)."""
+    text = Path(f"/proc/{pid}/stat").read_text("utf-8")
+    user, system = text.rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def _rest() -> None:
+    select([], [], [], 0.05)
+
+
+def _until(look: Callable[[], T | None], rest: Callable[[], object] = _rest) -> T:
     """What `look` returns once it is true."""
     deadline = monotonic() + PATIENCE
     while monotonic() < deadline:
         if result := look():
             return result
-        select([], [], [], 0.05)
+        rest()
     raise TimeoutError(f"nothing within {PATIENCE} s")

@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from missions.bench.bench import Options
-from missions.bench.mission_runs import MISSIONS as MISSION_BENCH
-from missions.bench.run_table import measured
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
+from missions.sweeps.mission_table import measured
 from robots.load import find_robot, read_robot
 from stack.drivetrain.description import DepthCameraDescription, RobotDescription
 from stack.frames.buffer import TransformBuffer
@@ -33,7 +32,6 @@ from stack.types import (
     Pose2D,
     Twist,
 )
-from tests.benchmarks.benchmark import tell
 from tests.benchmarks.table import Rows
 
 MISSIONS = ("32_table_tops", "36_glass_and_edges")
@@ -66,16 +64,16 @@ def contact_table(seeds: int, options: Options) -> Rows:
     rows: Rows = []
     for name in MISSIONS:
         for word, value in (("on", "true"), ("off", "false")):
-            runs = measured(MISSION_BENCH, replace(
+            runs = measured(replace(
                 options, out=options.out / name / word, seeds=range(seeds), names=(name,),
                 parameters={"depth.obstacles": value},
-            ), tell)  # fmt: skip
+            ))  # fmt: skip
             rows.append({
                 "mission": name, "depth camera": word,
-                "success": f"{sum(run.success for run in runs)}/{seeds}",
+                "success": f"{sum(run.is_success for run in runs)}/{seeds}",
                 "without contact": f"{sum(run.collisions == 0 for run in runs)}/{seeds}",
-                "contacts": sum(run.collisions for run in runs),
-                "time s": median(run.time for run in runs),
+                "contacts": sum(run.collisions or 0 for run in runs),
+                "time s": median(run.seconds or 0.0 for run in runs),
             })  # fmt: skip
     return rows
 

@@ -44,10 +44,15 @@ LAYOUTS: dict[str, Layout] = {
         "90 % of the walls": "{wall p90 m:.3f} m", "median pose error": "{pose error m:.3f} m",
     }),
     "patrol": Layout({
-        "minutes": "{minutes}", "keyframes": "{keyframes}", "edges": "{edges}",
-        "memory": "{memory MB:.0f} MB", "mean error": "{error mean m:.3f} m",
-        "largest": "{error max m:.3f} m", "median step": "{step median ms:.1f} ms",
-        "99 % of the steps": "{step p99 ms:.1f} ms",
+        "hour": "{hour}", "keyframes": "{keyframes}", "edges": "{edges}",
+        "memory": "{memory MB} MB", "median error": "{error m:.3f} m", "worst": "{worst m:.3f} m",
+        "mean step": "{step mean ms:.1f} ms", "99 % of the steps": "{step p99 ms:.1f} ms",
+        "cupboards on the map": "{shown}", "moved, but still there": "{left}",
+    }),
+    "sessions": Layout({
+        "session": "{session}", "keyframes": "{keyframes}", "edges": "{edges}",
+        "median error": "{error m:.3f} m", "worst": "{worst m:.3f} m",
+        "cupboards on the map": "{shown}", "moved, but still there": "{left}",
     }),
     "explored": Layout({
         "seed": "{seed}", "": "{status}", "reachable area known": "{known %:.1f} %",

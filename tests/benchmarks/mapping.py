@@ -1,10 +1,9 @@
-"""Maps of mission 25 against the world's true walls, and an hour of SLAM in the same rooms."""
+"""Maps of mission 25 against the world's true walls."""
 
 from __future__ import annotations
 
 from math import ceil
 from pathlib import Path
-from time import thread_time
 from typing import Any
 
 import cv2
@@ -14,25 +13,11 @@ from numpy.typing import NDArray
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.execution.run import Run
-from stack.frames.buffer import TransformBuffer
 from stack.localisation import kernels
 from stack.localisation.distance_field import surface_field
-from stack.mapping.slam.estimator import SlamEstimator
-from stack.mapping.slam.parameters import SlamParameters
 from stack.sim.worlds.rasterise import rasterise
-from stack.types import STANDSTILL, UNKNOWN, Observation, OccupancyGrid, Odometry, Pose2D
+from stack.types import UNKNOWN, OccupancyGrid
 from tests.benchmarks.table import Rows
-from tests.stack.mapping.slam.drives import ROBOT, line
-from tests.stack.mapping.slam.rooms import box, scan_at
-
-ROUTE = line(
-    (1, 1.3), (7, 1.3), (7, 3), (4, 3), (4, 5), (4, 3), (1, 3), (1, 1.3), (1, 1.3), step=0.1
-)  # fmt: skip
-PERIOD = 0.2
-"""Seconds between two scans: 0.5 m/s along ROUTE."""
-
-FURNITURE = ((6.2, 4.6), (4.4, 0.05), (0.3, 5.2), (6.6, 3.6))
-"""Corners of a cupboard of 1.2 x 0.5 m, which is moved every ten minutes."""
 
 
 def explored_table(seeds: int) -> Rows:
@@ -127,58 +112,3 @@ def _sampled(drawn: OccupancyGrid, like: OccupancyGrid) -> NDArray[np.int8]:
     in_y = (at_y >= 0) & (at_y < drawn.cells.shape[0])
     cells[np.ix_(in_y, in_x)] = drawn.cells[np.ix_(at_y[in_y], at_x[in_x])]
     return cells
-
-
-def patrol_table(minutes: int = 60) -> Rows:
-    """A row for each five minutes of a patrol in one room in which furniture is moved."""
-    estimator = SlamEstimator(SlamParameters(), ROBOT, None, 1)
-    estimator.start(ROUTE[0])
-    frames, odometry, rows = TransformBuffer(), Pose2D(0.0, 0.0), []
-    steps: list[float] = []
-    errors: list[float] = []
-    try:
-        for k in range(round(60.0 * minutes / PERIOD)):
-            time, pose = PERIOD * k, ROUTE[k % len(ROUTE)]
-            moved = pose.relative_to(ROUTE[(k - 1) % len(ROUTE)]) if k else Pose2D(0.0, 0.0)
-            odometry = odometry.compose(Pose2D(1.02 * moved.x, moved.y, 1.02 * moved.heading))
-            frames.add(Odometry(time, odometry, STANDSTILL))
-            scan = scan_at(_room(int(time // 600.0)), pose, time, 0.01, k)
-            began = thread_time()
-            estimate = estimator.update(Observation(time, {"lidar": scan}), frames)
-            estimator.take_map()
-            steps.append(thread_time() - began)
-            errors.append(estimate.pose.distance_to(pose))
-            if (k + 1) % round(300.0 / PERIOD) == 0:
-                rows.append(_row(estimator, (k + 1) * PERIOD / 60.0, steps, errors))
-                steps, errors = [], []
-    finally:
-        estimator.close()
-    return rows
-
-
-def _room(furniture: int) -> NDArray[np.float64]:
-    x, y = FURNITURE[furniture % len(FURNITURE)]
-    return np.array(
-        [*box(0, 0, 8, 6), *box(2, 2, 1, 0.6), (3, 6, 3, 4.6), *box(x, y, 1.2, 0.5)]
-    )  # fmt: skip
-
-
-def _row(
-    estimator: SlamEstimator, minutes: float, steps: list[float], errors: list[float]
-) -> dict[str, Any]:
-    graph, milliseconds = estimator.mapper.graph, 1e3 * np.array(steps)
-    return {
-        "minutes": round(minutes), "keyframes": len(graph.keyframes), "edges": len(graph.edges),
-        "memory MB": round(_resident(), 1), "error mean m": round(float(np.mean(errors)), 4),
-        "error max m": round(float(np.max(errors)), 3),
-        "step median ms": round(float(np.median(milliseconds)), 2),
-        "step p99 ms": round(float(np.percentile(milliseconds, 99)), 2),
-    }  # fmt: skip
-
-
-def _resident() -> float:
-    """Return the resident memory of this process, megabytes."""
-    for text in Path("/proc/self/status").read_text("utf-8").splitlines():
-        if text.startswith("VmRSS:"):
-            return float(text.split()[1]) / 1000.0
-    return 0.0

@@ -8,7 +8,9 @@ import pytest
 
 from stack.mapping.slam.mapper import Mapper
 from stack.types import Pose2D
+from tests.benchmarks.buildings import long_run
 from tests.benchmarks.buildings.drives import BEAMS, NOISE, cast, drive
+from tests.benchmarks.buildings.long_run import day_table, sessions_table
 from tests.benchmarks.buildings.plans import KINDS, Building, boundary, building
 from tests.benchmarks.buildings.scores import false_edges, loops_closed, revisits, wall_errors
 
@@ -85,3 +87,30 @@ def test_a_small_building_is_mapped_and_its_loop_closed():
     assert len(revisits(steps)) == 1
     assert loops_closed(mapper, steps, true) == (1, 1) and false_edges(mapper, true) == 0
     assert np.median(wall_errors(mapper, plan, true)) < 0.02
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """A ring of 42 m with six cupboards, of which two are moved, instead of a large building."""
+    route = ((1.0, 1.0), (11.0, 1.0), (11.0, 8.0), (1.0, 8.0), (1.0, 1.0))
+    plan = Building("ring", RING, np.zeros(len(RING), np.bool_), route)
+    monkeypatch.setattr(long_run, "building", lambda seed: plan)
+    monkeypatch.setattr(long_run, "CUPBOARDS", 6)
+    monkeypatch.setattr(long_run, "MOVED_A_SESSION", 2)
+
+
+def test_cupboards_that_are_moved_leave_a_map_that_is_resumed(small):
+    first, second = sessions_table(sessions=2)
+    assert first["shown"] == second["shown"] == "6/6"
+    assert second["left"] == "0/2"
+    assert second["keyframes"] < 1.2 * first["keyframes"]
+    assert max(first["worst m"], second["worst m"]) < 0.2
+
+
+def test_a_patrol_has_a_row_for_each_hour(small, monkeypatch):
+    """Hours of a lap there and back."""
+    monkeypatch.setattr(long_run, "HOUR", 300.0)
+    rows = day_table(2)
+    assert [row["hour"] for row in rows] == [1, 2]
+    assert rows[1]["keyframes"] < 1.2 * rows[0]["keyframes"]
+    assert max(row["worst m"] for row in rows) < 0.2

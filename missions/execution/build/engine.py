@@ -23,6 +23,7 @@ from missions.trees.debugging import TreeDebugger
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, chosen_body, playing
 from stack.body import Body, Replay, SimulatedWorld
+from stack.components import Controller
 from stack.drivetrain.description import BASE, RobotDescription
 from stack.errors import BodyError, InputError
 from stack.frames.buffer import TransformBuffer
@@ -193,7 +194,9 @@ def _perceiver(  # noqa: PLR0913 - what it needs of the engine
     place = place_of(plan, grid, options.seed)
     if body.is_real_time:
         place.estimator.run_in_real_time()
-    camera = CameraLease(CAMERA_TIME, always=options.camera == "on")
+    controller: type[Controller] = choices["controller"].component
+    always = options.camera == "on" or controller.takes_pictures(choices["controller"].parameters)
+    camera = CameraLease(CAMERA_TIME, always=always)
     detection = choices["object_detector"].parameters
     costmaps = place.world_model.costmaps.values()
     objects = ObjectDetection(

@@ -1,4 +1,4 @@
-"""Models of a mission: the object detector with its labels, and place recognition."""
+"""Models of a mission: object detector with its labels, place recognition, policy."""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ from missions.language.analysis.claims import mark_of
 from missions.language.model import Mission
 from missions.language.values import Constant
 from stack.components import Choice
+from stack.control.policy.controller import OnnxPolicy
+from stack.control.policy.network import check_network
+from stack.control.policy.observations import Actions, Observations
+from stack.control.policy.parameters import OnnxPolicyParameters
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -22,7 +26,7 @@ from stack.perception.places.descriptor import checked_digest
 from stack.perception.places.keyframe_files import check_keyframes
 from stack.perception.places.parameters import PlaceParameters
 
-KIND, PLACES = "object_detector", "place_recognition"
+KIND, PLACES, POLICY = "object_detector", "place_recognition", "controller"
 
 
 def located_detector(
@@ -117,4 +121,31 @@ def located_places(choice: Choice, mission: Mission) -> Choice:
     folder = map_folder(mission.map, mission.source.parent)
     if folder is not None:
         check_keyframes(folder, digest)
+    return replace(choice, parameters=parameters)
+
+
+def located_policy(choice: Choice, mission: Mission, robot: RobotDescription) -> Choice:
+    """Return the controller with the path of its policy resolved; others as they are.
+
+    Raises:
+        InputError: there is no such policy, or its inputs and outputs are not those of the robot.
+    """
+    if not issubclass(choice.component, OnnxPolicy):
+        return choice
+    given: OnnxPolicyParameters = choice.parameters
+    parameters = given.located(mission.source.parent)
+    mark = mark_of_component(mission, POLICY, "file")
+    if not given.file:
+        hint = "write `controller: {use: onnx_policy, file: policy.onnx}`"
+        raise InputError([Finding(mark, "E111", f"{choice.name}: `file` is missing", hint)])
+    try:
+        observations = Observations(parameters, robot)
+    except InputError:
+        return choice  # the check of the robot says so
+    try:
+        check_network(parameters.file, observations, len(Actions(parameters, robot).low))
+    except InputError as error:
+        # The message names the file as the mission does: reports have no absolute paths.
+        sentence = f"{choice.name}: {error}".replace(parameters.file, given.file)
+        raise InputError([Finding(mark, "E111", sentence)]) from None
     return replace(choice, parameters=parameters)

@@ -66,8 +66,8 @@ class InputFile:
 def keep_inputs(
     folder: RunFolder, plan: PreparedMission, options: RunOptions, files: Iterable[Path],
     kept: Path | None,
-) -> None:  # fmt: skip
-    """Copy what a run was made of into its folder.
+) -> Copies:  # fmt: skip
+    """Copy what a run was made of into its folder; return the places of the copies.
 
     A file that cannot be copied is noted as lost, like any other record.
 
@@ -79,7 +79,7 @@ def keep_inputs(
         kept: the values that the run keeps from earlier ones; None if it keeps none.
     """
     every = [*files, *plan.files, *_played(plan)]
-    copies = _Copies({_resolved(file) for file in every})
+    copies = Copies({_resolved(file) for file in every})
     try:
         listed = [copies.keep(folder, file) for file in sorted(copies.files)]
         if kept is not None and kept.exists():
@@ -95,6 +95,7 @@ def keep_inputs(
         folder.write(LIST, json.dumps(content, indent=2, ensure_ascii=False).encode() + b"\n")
     except OSError as error:
         folder.on_loss(LIST, error.strerror or str(error))
+    return copies
 
 
 def _played(plan: PreparedMission) -> list[Path]:
@@ -105,7 +106,7 @@ def _played(plan: PreparedMission) -> list[Path]:
     return [item for item in file.rglob("*") if item.is_file()] if file.is_dir() else [file]
 
 
-class _Copies:
+class Copies:
     """Places of the files of a run among its copies.
 
     Args:
@@ -139,20 +140,29 @@ class _Copies:
         chosen: dict[str, Any] = {name: getattr(options, name) for name in CHOSEN}
         for name in ("robot", "world", "replay"):
             if chosen[name] is not None:
-                file = _resolved(Path(chosen[name]))
-                file = file / "robot.yaml" if name == "robot" and file.is_dir() else file
-                known = file in self.files or (file.is_dir() and name == "replay")
-                is_copy = known and not _is_shipped(file)
-                chosen[name] = f"{COPIES}/{self.name_of(file)}" if is_copy else str(chosen[name])
-        parts = (chosen["faults"] or "").split("+")
-        if any("/" in part for part in parts):
-            chosen["faults"] = "+".join(map(self._fault, parts))
+                file = self.file_of(str(chosen[name]), is_replay=name == "replay")
+                if file is None or _is_shipped(file):
+                    chosen[name] = str(chosen[name])
+                else:
+                    chosen[name] = f"{COPIES}/{self.name_of(file)}"
+        if chosen["faults"] is not None:
+            chosen["faults"] = "+".join(map(self._fault, chosen["faults"].split("+")))
         return chosen
 
     def _fault(self, name: str) -> str:
         """A fault; a file of faults by its place among the copies."""
-        file = _resolved(Path(name.strip()))
-        return f"{COPIES}/{self.name_of(file)}" if file in self.files else name
+        file = self.file_of(name.strip())
+        return name if file is None else f"{COPIES}/{self.name_of(file)}"
+
+    def file_of(self, text: str, *, is_replay: bool = False) -> Path | None:
+        """The file of the run that an option names; None if it names none.
+
+        A robot may be named by its folder, and a recording may be one.
+        """
+        file = _resolved(Path(text))
+        if not is_replay and file.is_dir():
+            file = file / "robot.yaml"
+        return file if file in self.files or (is_replay and file.is_dir()) else None
 
 
 def _is_shipped(file: Path) -> bool:

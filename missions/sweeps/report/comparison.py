@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
 
 from missions.bench.bench import wilson
-from missions.sweeps.figures import MEASURES, SHOWN
+from missions.sweeps.figures import MEASURES, SHOWN, Measure
 from missions.sweeps.report.results import Results
 from missions.sweeps.row import SweepRow, counted
-from missions.sweeps.statistics import mann_whitney, mcnemar, newcombe
+from missions.sweeps.statistics import mann_whitney, mcnemar, newcombe, wilcoxon
 
 SIGNIFICANCE = 0.05
 """Significance level."""
 
 MIN_VALUES = 8
-"""Values of each sweep from which the normal approximation of the rank test holds."""
+"""Values of each sweep, or pairs, from which the normal approximation of rank tests holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,22 +38,43 @@ class Compared:
 
 def compared(first: Results, second: Results) -> Iterator[Compared]:
     """Yield the figures of two sweeps, that of success first."""
-    yield _success(first, second)
+    pairs = pairs_of(first, second)
+    yield _success(first, second, pairs)
     for measure in map(MEASURES.__getitem__, SHOWN):
-        before, after = measure.judged(first.counting), measure.judged(second.counting)
-        if min(len(before), len(after)) < MIN_VALUES:
-            continue
-        share, p_value = mann_whitney(after, before)
+        differences = _differences(measure, pairs)
+        if len(differences) >= MIN_VALUES:
+            before, after = ([*values] for values in zip(*differences, strict=True))
+            change = [new - old for old, new in differences]
+            p_value = wilcoxon(change)
+            statement = (
+                f"median difference {median(change):+.3g} {measure.unit} in {len(change)} pairs;"
+                f" Wilcoxon signed-rank p = {_p(p_value)}"
+            )
+        else:
+            before, after = measure.judged(first.counting), measure.judged(second.counting)
+            if min(len(before), len(after)) < MIN_VALUES:
+                continue
+            share, p_value = mann_whitney(after, before)
+            statement = f"larger in {share:.0%} of all pairs; Mann-Whitney p = {_p(p_value)}"
         yield Compared(
             f"{measure.title}{' of the successes' * measure.of_successes}",
             (f"{median(before):.3g} {measure.unit}", f"{median(after):.3g} {measure.unit}"),
-            f"larger in {share:.0%} of all pairs; Mann-Whitney p = {_p(p_value)}",
+            statement,
             p_value < SIGNIFICANCE,
         )
 
 
-def _success(first: Results, second: Results) -> Compared:
-    pairs = pairs_of(first, second)
+def _differences(
+    measure: Measure, pairs: Sequence[tuple[SweepRow, SweepRow]]
+) -> list[tuple[float, float]]:
+    """Return the values of the pairs in which both runs are judged by the measure."""
+    found = [(measure.judged([one]), measure.judged([other])) for one, other in pairs]
+    return [(before[0], after[0]) for before, after in found if before and after]
+
+
+def _success(
+    first: Results, second: Results, pairs: Sequence[tuple[SweepRow, SweepRow]]
+) -> Compared:
     rates = _rate(first), _rate(second)
     if pairs:
         lost = sum(one.is_success and not other.is_success for one, other in pairs)

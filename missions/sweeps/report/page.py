@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from html import escape
+from math import sqrt
 from pathlib import Path
+from statistics import mean, stdev
 
 import numpy as np
 
 from missions.inspection.page.style import STYLE
-from missions.sweeps.figures import MEASURES, SHOWN
+from missions.sweeps.figures import MEASURES, SHOWN, Measure
 from missions.sweeps.progress import rate_text
 from missions.sweeps.report.charts import histogram, rates_chart
 from missions.sweeps.report.comparison import compared
 from missions.sweeps.report.places import failure_maps
-from missions.sweeps.report.results import Results, levels_of
-from missions.sweeps.row import SweepRow
+from missions.sweeps.report.results import Level, Results, levels_of
+from missions.sweeps.row import SweepRow, counted
 from missions.sweeps.statistics import PERMUTATIONS, sensitivities
 from stack.types.printable import printable
 
@@ -27,20 +28,16 @@ MOST_CLUSTERS, MOST_EXAMPLES = 30, 3
 OWN_STYLE = """
 .interval { stroke: var(--busy); stroke-width: 3; } .rate { fill: var(--ink); }
 figure.map { max-width: 720px; }
+.example code { user-select: all; white-space: nowrap; }
 """
 
 
-def page_of(every: Sequence[Results], base: Path) -> str:
-    """Return the page about one sweep, or two.
-
-    Args:
-        every: the sweeps.
-        base: folder of the page; links are relative to it.
-    """
+def page_of(every: Sequence[Results]) -> str:
+    """Return the page about one sweep, or two."""
     title = " and ".join(f"sweep {one.name}" for one in every)
     parts = [_comparison(*every)] if len(every) == 2 else []
     for results in every:
-        parts.append(_about(results, base))
+        parts.append(_about(results))
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -50,7 +47,7 @@ def page_of(every: Sequence[Results], base: Path) -> str:
     )
 
 
-def _about(results: Results, base: Path) -> str:
+def _about(results: Results) -> str:
     sweep, done = results.sweep, len(results.rows)
     runs = f"{done} of {sweep.runs} runs" if done < sweep.runs else f"{done} runs"
     mission, folder = _safe(Path(sweep.mission).stem), _safe(results.name)
@@ -60,7 +57,7 @@ def _about(results: Results, base: Path) -> str:
         _outcomes(results),
         _section("Success by factor", _rates(results)),
         _section("Distributions", _distributions(results)),
-        _section("What failed", _clusters(results, base)),
+        _section("What failed", _clusters(results)),
         _section("What matters", _sensitivity(results)),
         _section("Where runs fail", _places(results)),
         _section("Design", _design(results)),
@@ -87,8 +84,36 @@ def _outcomes(results: Results) -> str:
 
 
 def _rates(results: Results) -> str:
-    charts = [rates_chart(one.name, levels_of(one, results.counting)) for one in results.varying]
-    return _side_by_side(charts) if results.counting else ""
+    if not results.counting:
+        return ""
+    every = [(one.name, levels_of(one, results.counting)) for one in results.varying]
+    charts = _side_by_side([rates_chart(name, levels) for name, levels in every])
+    return charts + "".join(_means(name, levels) for name, levels in every)
+
+
+def _means(name: str, levels: Sequence[Level]) -> str:
+    """Return the means of the measures for each value of a factor."""
+    measures = [MEASURES[one] for one in SHOWN]
+    heads = "".join(f"<th>{one.title}, {one.unit}</th>" for one in measures)
+    lines = ""
+    for level in levels:
+        rate = "{}/{}".format(*counted(level.rows))
+        cells = [rate, *(_mean(one, level.rows) for one in measures)]
+        numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
+        lines += f"<tr><td>{_safe(level.name)}</td>{numbers}</tr>"
+    return (
+        f'<div class="scroll"><table><tr class="head"><th>{_safe(name)}</th><th>success</th>{heads}'
+        f'</tr>{lines}</table></div><p class="dim">Means with their standard errors; time and '
+        "distance of the successes.</p>"
+    )
+
+
+def _mean(measure: Measure, rows: Sequence[SweepRow]) -> str:
+    values = measure.judged(rows)
+    if not values:
+        return "–"
+    error = f" ± {stdev(values) / sqrt(len(values)):.2g}" if len(values) > 1 else ""
+    return f"{mean(values):.4g}{error}"
 
 
 def _distributions(results: Results) -> str:
@@ -105,7 +130,7 @@ def _distributions(results: Results) -> str:
     )
 
 
-def _clusters(results: Results, base: Path) -> str:
+def _clusters(results: Results) -> str:
     """Return the failures that have outcome, cause, node and code in common."""
     found: dict[tuple[str, str, str, str], list[SweepRow]] = defaultdict(list)
     for row in results.rows:
@@ -117,7 +142,7 @@ def _clusters(results: Results, base: Path) -> str:
     lines = "".join(
         f'<tr><td class="number">{len(rows)}</td><td>{_safe(outcome)}</td><td>{_safe(cause)}</td>'
         f"<td>{_safe(node)}</td><td>{_safe(code)}</td><td>{_safe(rows[0].reason)}</td>"
-        f"<td>{''.join(_example(results, row, base) for row in rows[:MOST_EXAMPLES])}</td></tr>"
+        f"<td>{''.join(_example(results, row) for row in rows[:MOST_EXAMPLES])}</td></tr>"
         for (outcome, cause, node, code), rows in ranked
     )
     return (
@@ -127,22 +152,22 @@ def _clusters(results: Results, base: Path) -> str:
     )
 
 
-def _example(results: Results, row: SweepRow, base: Path) -> str:
-    """Return a link to a kept run and the command that replays it, or the one that runs it."""
-    if not row.folder:
-        return f"<div>{row.number}: <code>{_safe(run_command(results, row))}</code></div>"
-    folder = results.folder / row.folder
-    link = escape(os.path.relpath(folder, base.absolute()), quote=True)
-    here = Path.cwd()
-    shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
-    command = shlex.join(["treepilot", "replay", str(shown)])
-    return f'<div><a href="{link}/">{row.number}</a>: <code>{_safe(command)}</code></div>'
+def _example(results: Results, row: SweepRow) -> str:
+    """Return the commands that show a kept run, or the one that makes it again."""
+    commands = [run_command(results, row)]
+    if row.folder:
+        folder, here = results.folder / row.folder, Path.cwd()
+        shown = str(folder.relative_to(here) if folder.is_relative_to(here) else folder)
+        commands = [shlex.join(["treepilot", word, shown]) for word in ("report", "replay")]
+    lines = "".join(f"<div><code>{_safe(command)}</code></div>" for command in commands)
+    return f'<div class="example"><b>{row.number}</b>{lines}</div>'
 
 
 def run_command(results: Results, row: SweepRow) -> str:
     """Return the command that makes a run again, with its records."""
     options = results.sweep.options(row.settings, row.seed)
-    words = ["treepilot", "run", results.sweep.mission, "--seed", str(row.seed), "--forget-kept"]
+    mission = results.sweep.mission_of(row.settings)
+    words = ["treepilot", "run", mission, "--seed", str(row.seed), "--forget-kept"]
     for option, value in (("--robot", options.robot), ("--world", options.world),
                           ("--start", options.start)):  # fmt: skip
         words += [] if value is None else [option, value]
@@ -190,7 +215,7 @@ def _sensitivity(results: Results) -> str:
 
 def _places(results: Results) -> str:
     maps = [
-        f"<div class='run'>{f'<b>{_safe(Path(name).stem)}</b>' if name else ''}{figure}</div>"
+        f"<div class='run'>{f'<b>{_safe(name)}</b>' if name else ''}{figure}</div>"
         for name, figure in failure_maps(results)
     ]
     return f'<div class="runs">{"".join(maps)}</div>' if maps else ""

@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from html import escape
 from math import floor
+from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from missions.execution.prepare import prepare
 from missions.inspection.page.map_view import WIDTH, MapView
 from missions.sweeps.report.results import Results
 from missions.sweeps.row import SweepRow
-from missions.sweeps.sweep import WORLD
+from missions.sweeps.sweep import MISSION, WORLD
 from stack.errors import InputError
 from stack.types import OccupancyGrid
 
@@ -25,13 +26,14 @@ MOST_WORLDS = 6
 
 def failure_maps(results: Results) -> Iterator[tuple[str, str]]:
     """Yield the name of each world and its map, those with most failures first."""
-    failed: dict[str, list[SweepRow]] = defaultdict(list)
+    failed: dict[tuple[str, ...], list[SweepRow]] = defaultdict(list)
     for row in results.counting:
         if not row.is_success and row.end_x is not None:
-            failed[row.settings.get(WORLD, "")].append(row)
+            names = (row.settings[name] for name in (MISSION, WORLD) if name in row.settings)
+            failed[tuple(Path(name).stem for name in names)].append(row)
     ranked = sorted(failed.items(), key=lambda item: -len(item[1]))
-    for name, rows in ranked[:MOST_WORLDS]:
-        yield name, _figure(rows, _grid_of(results, rows[0]))
+    for names_of, rows in ranked[:MOST_WORLDS]:
+        yield ", ".join(names_of), _figure(rows, _grid_of(results, rows[0]))
 
 
 def _grid_of(results: Results, row: SweepRow) -> OccupancyGrid | None:
@@ -40,7 +42,7 @@ def _grid_of(results: Results, row: SweepRow) -> OccupancyGrid | None:
 
     sweep = results.sweep
     try:
-        plan = prepare(sweep.mission, sweep.options(row.settings, row.seed))
+        plan = prepare(sweep.mission_of(row.settings), sweep.options(row.settings, row.seed))
     except InputError:
         return None
     return rasterise(plan.world) if plan.recording is None else None

@@ -9,7 +9,7 @@ from pathlib import Path
 from missions.sweeps.factors import Factor, Value
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import groups_of
-from missions.sweeps.sweep import WORLD, Sweep
+from missions.sweeps.sweep import MISSION, WORLD, Sweep
 from missions.sweeps.table import SweepFolder
 from stack.errors import InputError
 
@@ -93,4 +93,4 @@ def _level_name(factor: Factor, values: Sequence[Value]) -> str:
 def _shown(value: Value, factor: Factor) -> str:
     if isinstance(value, float):
         return f"{value:.3g} {factor.unit}".rstrip()
-    return Path(str(value)).stem if factor.name == WORLD else str(value)
+    return Path(str(value)).stem if factor.name in (MISSION, WORLD) else str(value)

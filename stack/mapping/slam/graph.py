@@ -27,6 +27,9 @@ sightings and is not stored."""
 DOUBTFUL_HEADING = 0.5
 """Radians: deviation of odometry that was wrong."""
 
+LEAST_INFORMATION = 1e-4 * np.eye(3)
+"""Of an edge, that of 100 m and 100 rad: a scan in a corridor tells nothing along it."""
+
 LONGEST_LINK = 10.0
 """Seconds over which odometry links an earlier pose to a keyframe."""
 
@@ -73,6 +76,14 @@ class Edge:
     relative: Pose2D
     information: FloatArray
     kind: EdgeKind
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(3, 3) covariance in the order x, y, heading; finite where nothing is known."""
+        covariance: FloatArray = np.linalg.inv(self.information + LEAST_INFORMATION).astype(
+            np.float64
+        )
+        return covariance
 
     @property
     def is_doubtful(self) -> bool:
@@ -270,8 +281,7 @@ class PoseGraph:
             if seen is None or edge is None:
                 continue
             back = reversed_edge(edge)
-            motion: FloatArray = np.linalg.inv(back.information).astype(np.float64)
-            moved = tuple(carried(one, back.relative, motion) for one in seen.candidates)
+            moved = tuple(carried(one, back.relative, back.covariance) for one in seen.candidates)
             self.add_sighting(key, landmark.size, edge.target, Sighting(moved, seen.height))
 
 
@@ -312,8 +322,7 @@ def _composed(root: Edge, other: Edge) -> Edge:
     relative = back.relative.compose(other.relative)
     # Covariances are in the frame of each edge's target (right perturbations).
     transport = _adjoint(other.relative.inverse())
-    covariance = transport @ np.linalg.inv(back.information) @ transport.T
-    covariance = covariance + np.linalg.inv(other.information)
+    covariance = transport @ back.covariance @ transport.T + other.covariance
     kinds = {root.kind, other.kind}
     kind: EdgeKind = "loop" if "loop" in kinds else "match" if "match" in kinds else "odometry"
     information: FloatArray = np.linalg.inv(covariance).astype(np.float64)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stack.mapping.slam.graph import Edge, EdgeKind
+from stack.mapping.slam.graph import LEAST_INFORMATION, Edge, EdgeKind
 from stack.optional_packages import GTSAM
 from stack.types import FloatArray, Pose2D
 
@@ -21,9 +21,6 @@ FIXED_DEVIATION = 1e-6
 """Metres and radians: deviation of the keyframe that holds the graph in place."""
 
 ITERATIONS = 30
-
-LEAST_INFORMATION = 1e-4 * np.eye(3)
-"""That of 100 m and 100 rad."""
 
 STEP = 30.0
 """Factor between the scales of one optimisation and the next. A true loop disagrees strongly with

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.mapping.slam.graph import Edge, PoseGraph
+from stack.mapping.slam.graph import LEAST_INFORMATION, Edge, PoseGraph
 from stack.mapping.slam.optimiser import SHARED_ERRORS
 from stack.types import FloatArray
 
@@ -70,7 +70,7 @@ class PathCovariance:
         ends = np.array([(e.source, e.target) for e in new], np.int64)
         motions = np.array([(e.relative.x, e.relative.y, e.relative.heading) for e in new])
         information = np.stack([e.information for e in new])
-        there = SHARED_ERRORS * np.linalg.inv(information + 1e-4 * np.eye(3))
+        there = SHARED_ERRORS * np.linalg.inv(information + LEAST_INFORMATION)
         adjoint = _adjoints(motions)
         back = adjoint @ there @ adjoint.transpose(0, 2, 1)
         pairs = (

@@ -155,6 +155,7 @@ class SegmentLoops:
             return
         self._next = self._driven + SPACING
         new = Segment(tuple(number for number, _ in self._recent), self._driven)
+        self._segments = [one for one in self._segments if self._middle(one) is not None]
         self._seek(new)
         self._segments.append(new)
 

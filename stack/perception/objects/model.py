@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from stack.documents.files import note_input
 from stack.errors import InputError
+from stack.networks.trial import answer
 from stack.perception.objects.heads import Box, boxes_of, layout_of, letterboxed
 from stack.perception.objects.network import PictureNetwork
 from stack.perception.objects.parameters import ObjectDetectorParameters
-from stack.perception.objects.trial import answer
 
 
 class ObjectModel:

@@ -1,24 +1,19 @@
-"""Networks from ONNX files, run by OpenCV."""
+"""Networks whose input is a picture."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import InputError
-from stack.perception.objects.onnx_file import OnnxHeader, read_header
-
-LONGEST_REASON = 160
-"""Characters of a reason that OpenCV gives."""
+from stack.networks.network import Network
+from stack.networks.onnx_file import OnnxHeader, read_header
 
 
 class PictureNetwork:
-    """A network whose one input is a picture, run by OpenCV. Not for two threads at once.
+    """A network whose one input is a picture. Not for two threads at once.
 
     Attributes:
         size: height and width of the input, pixels.
@@ -37,19 +32,14 @@ class PictureNetwork:
             InputError: it is no ONNX file, has other inputs, or OpenCV cannot load it.
         """
         header = read_header(file)
-        self._file, self._setting, self.metadata = file, setting, header.metadata
+        self._setting, self.metadata = setting, header.metadata
         self.size = _picture_size(file, header, side)
-        try:
-            with _silent():
-                self._net = cv2.dnn.readNetFromONNX(str(file))
-                self._outputs = list(self._net.getUnconnectedOutLayersNames())
-        except cv2.error as error:
-            raise InputError(f"{file} cannot be loaded by OpenCV: {_reason_of(error)}") from None
+        self._input = header.inputs[0].name
+        self._network = Network(file, header)
 
     def run(self, blob: NDArray[np.float32]) -> list[NDArray[np.float32]]:
         """Return the outputs for an input (1, 3, height, width)."""
-        self._net.setInput(blob)
-        return [np.asarray(output, np.float32) for output in self._net.forward(self._outputs)]
+        return self._network.run({self._input: blob})
 
     def tried(self, blob: NDArray[np.float32]) -> list[NDArray[np.float32]]:
         """Return the outputs for a first input.
@@ -57,15 +47,9 @@ class PictureNetwork:
         Raises:
             InputError: the network does not run on it.
         """
-        try:
-            with _silent():
-                return self.run(blob)
-        except cv2.error as error:
-            size = f"{self.size[0]} x {self.size[1]}"
-            raise InputError(
-                f"{self._file} does not run on an input of {size} pixels: {_reason_of(error)}; set "
-                f"`{self._setting}` to the size of the export"
-            ) from None
+        size = f"an input of {self.size[0]} x {self.size[1]} pixels"
+        remedy = f"set `{self._setting}` to the size of the export"
+        return self._network.tried({self._input: blob}, size, remedy)
 
 
 def _picture_size(file: Path, header: OnnxHeader, default: int) -> tuple[int, int]:
@@ -79,20 +63,3 @@ def _picture_size(file: Path, header: OnnxHeader, default: int) -> tuple[int, in
         )
     height, width = shape[2:] if shape else (None, None)
     return height or default, width or default
-
-
-def _reason_of(error: cv2.error) -> str:
-    """Return OpenCV's reason without the path of its source file, in one line."""
-    text = " ".join(str(error.err or error).split())
-    return text if len(text) <= LONGEST_REASON else f"{text[:LONGEST_REASON]}…"
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Keep OpenCV from printing its own errors."""
-    before = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        cv2.utils.logging.setLogLevel(before)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stack.documents.files import note_input
 from stack.errors import InputError
-from stack.perception.objects.trial import answer, tried
+from stack.networks.trial import answer, tried
 from stack.perception.places.parameters import PlaceParameters
 
 if TYPE_CHECKING:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from missions.bench.bench import Bench, Rows
 from missions.bench.course_bench import COURSE_BENCH
 from missions.bench.flats import entries_of, table_of
-from missions.bench.mission_runs import MISSIONS
 from missions.bench.people_runs import MODELS, settings_of
+from missions.sweeps.mission_table import measured as measured_missions
+from missions.sweeps.mission_table import table_of as table_of_missions
 from tests.benchmarks.benchmark import Benchmark, Given, table
 from tests.benchmarks.judged import JudgedRow, impossible, run_judged
 from tests.benchmarks.layouts import Layout
@@ -28,7 +29,8 @@ def course_table(given: Given) -> Rows:
 
 def mission_table(given: Given) -> Rows:
     """Return a row for each shipped mission, without the speed: the processes share the cores."""
-    rows = table(MISSIONS, given.options("missions", range(given["seeds"])))
+    runs = measured_missions(given.options("missions", range(given["seeds"])))
+    rows = table_of_missions(runs)
     return [{name: row[name] for name in row if name != "x real time"} for row in rows]
 
 

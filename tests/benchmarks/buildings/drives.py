@@ -42,20 +42,37 @@ class Step:
 
 def drive(plan: Building, seed: int) -> list[Step]:
     """Return the steps of a drive along the route of a building."""
-    rng, steps = stream(seed, "drive"), []
-    scale = 1.0 + SCALE * float(rng.choice([-1.0, 1.0]))
+    rng = stream(seed, "drive")
     truth = poses_along(plan.route, rng)
-    odometry = truth[0]
-    for k, pose in enumerate(truth):
-        if k:
-            odometry = odometry.compose(_measured(pose.relative_to(truth[k - 1]), scale, rng))
-        ranges = cast(plan, pose) + rng.normal(0.0, NOISE, BEAMS)
-        scan = Scan(
-            PERIOD * k, np.where(ranges > LONGEST, np.inf, ranges).astype(np.float32),
-            -0.5 * VIEW, VIEW / (BEAMS - 1), 0.05, LONGEST,
-        )  # fmt: skip
-        steps.append(Step(pose, odometry, scan))
-    return steps
+    wheels = Wheels(truth[0], rng)
+    return [
+        Step(pose, wheels.at(pose), scan_at(plan, pose, PERIOD * k, rng))
+        for k, pose in enumerate(truth)
+    ]
+
+
+class Wheels:
+    """Odometry with a scale error, drift and slip, from a first pose on."""
+
+    def __init__(self, start: Pose2D, rng: np.random.Generator) -> None:
+        self._rng, self._true, self._measured = rng, start, start
+        self._scale = 1.0 + SCALE * float(rng.choice([-1.0, 1.0]))
+
+    def at(self, pose: Pose2D) -> Pose2D:
+        """Return the odometry at the next pose."""
+        moved, self._true = pose.relative_to(self._true), pose
+        if moved != Pose2D(0.0, 0.0):
+            self._measured = self._measured.compose(_measured(moved, self._scale, self._rng))
+        return self._measured
+
+
+def scan_at(plan: Building, pose: Pose2D, stamp: float, rng: np.random.Generator) -> Scan:
+    """Return the scan from a pose, with noise."""
+    ranges = cast(plan, pose) + rng.normal(0.0, NOISE, BEAMS)
+    return Scan(
+        stamp, np.where(ranges > LONGEST, np.inf, ranges).astype(np.float32),
+        -0.5 * VIEW, VIEW / (BEAMS - 1), 0.05, LONGEST,
+    )  # fmt: skip
 
 
 def poses_along(route: tuple[tuple[float, float], ...], rng: np.random.Generator) -> list[Pose2D]:

@@ -8,7 +8,7 @@ import os
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from time import process_time
@@ -17,12 +17,14 @@ import pytest
 
 from missions.bench.bench import PASSED, Bench, Options, Row
 from missions.bench.goal_runs import Case, Entry, Rules, Setup
-from missions.bench.mission_runs import MISSIONS, QUIET, MissionEntry
 from missions.bench.processes import ProcessEnded, results
 from missions.bench.run_table import fill
 from missions.bench.trial import run_trial
 from missions.execution.resources import WORLDS
 from missions.inspection.component_scaffold import new_component
+from missions.sweeps.design import RunDescription
+from missions.sweeps.sweep import Sweep
+from missions.sweeps.worker import RunMaker, SweepInputs
 from stack.errors import InputError
 from stack.sim.worlds.world_file import read_world
 
@@ -113,23 +115,40 @@ def faulty(tmp_path):
     return mission
 
 
-def test_both_benches_make_a_row_of_a_failing_plugin(faulty, tmp_path):
-    run = MISSIONS.row(MissionEntry(str(faulty), 60.0), tmp_path)
-    assert run.status == "error" and "KeyError: 'inside' (faulty.py:" in run.cause
+def test_a_failing_plugin_has_a_row(faulty, tmp_path):
     case = Case("room", read_world(WORLDS / "small_room.yaml"))
     row = run_trial(Entry(Setup(str(faulty), Rules(0.3, 60.0)), case, 0), tmp_path / "a.png")
     assert row.status == "gave_up" and "KeyError: 'inside' (faulty.py:" in row.cause
+    make = RunMaker(SweepInputs(Sweep(str(faulty), 1, "random", keep="none"), tmp_path / "runs"))
+    run = make(RunDescription(0, 0))
+    assert run.outcome == "crashed" and "KeyError: 'inside' (faulty.py:" in run.reason
 
 
 def test_a_crash_outside_the_loop_is_a_row_too(faulty, tmp_path, monkeypatch, capsys):
     def broken(*_):
         raise RuntimeError("no figures")
 
-    monkeypatch.setattr("missions.bench.mission_runs._shortest", broken)
-    run = MISSIONS.row(MissionEntry(str(faulty), 60.0, replace(QUIET, seed=3)), tmp_path)
-    assert (run.status, run.seed, run.success) == ("crashed", 3, False)
-    assert run.cause.startswith("RuntimeError: no figures")
+    monkeypatch.setattr("missions.sweeps.worker._shortest", broken)
+    sweep = Sweep(str(faulty), 1, "random")
+    make = RunMaker(SweepInputs(sweep, tmp_path / "runs", measures_driving=True))
+    run = make(RunDescription(0, 3))
+    assert (run.outcome, run.seed, run.is_success) == ("crashed", 3, False)
+    assert run.reason.startswith("RuntimeError: no figures")
     assert "crashed\nTraceback" in capsys.readouterr().err
+
+
+def test_an_entry_is_taken_after_the_results_so_far():
+    """Each entry of these follows from the result before."""
+    seen: list[float] = []
+
+    def entries():
+        yield 0.0
+        while len(seen) < 4:
+            yield seen[-1] - 0.001
+
+    for _, result in results(starting, entries(), 1, 9):
+        seen.append(result)
+    assert seen == pytest.approx([0.0, -0.001, -0.002, -0.003])
 
 
 def test_a_process_that_dies_loses_only_its_own_run(tmp_path):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
-from importlib.util import find_spec
 from itertools import product
 from statistics import NormalDist
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missions.sweeps.design import Design, RunDescription, default_design
@@ -139,18 +140,55 @@ def test_the_default_design():
     assert default_design((USE, SPEED)) == default_design(()) == "random"
 
 
-@pytest.mark.skipif(find_spec("scipy") is not None, reason="SciPy is installed")
-def test_what_needs_scipy_says_so():
-    with pytest.raises(InputError, match=r"latin needs the Python package scipy.*treepilot\[sweep"):
-        Design("latin", (SPEED,), 0, 4).run(0)
-
-
-@pytest.mark.skipif(find_spec("scipy") is None, reason="SciPy is not installed")
 @pytest.mark.parametrize("kind", ["latin", "sobol"])
-def test_each_eighth_of_a_range_has_one_of_eight_points(kind):
-    """What a Latin hypercube is, and a Sobol sequence of a power of two in one dimension."""
-    design = Design(kind, (read_factor("x", "uniform(0, 8)"), SPEED), 1, 8)
-    values = sorted(float(dict(design.run(n).settings)["x"]) for n in range(8))
-    assert [int(value) for value in values] == list(range(8))
-    if kind == "sobol":
-        assert design.run(5) == replace(design, runs=100).run(5)
+def test_what_needs_scipy_says_so(kind, monkeypatch):
+    monkeypatch.setattr("stack.optional_packages.find_spec", lambda _: None)
+    words = (
+        rf"{kind} needs the Python package scipy, which is not inst.*pip install 'treepilot\[sweep"
+    )
+    with pytest.raises(InputError, match=words):
+        Design(kind, (SPEED,), 2, 4).run(0)
+
+
+def shares(design: Design) -> np.ndarray:
+    """Where in its range of 0 to 1 each run (rows) has each factor (columns)."""
+    return np.array([
+        [float(text) for _, text in design.run(number).settings] for number in range(design.runs)
+    ])  # fmt: skip
+
+
+def unit_design(kind: str, dimensions: int, seed: int, runs: int) -> Design:
+    """A design whose factors are spread between 0 and 1."""
+    factors = [read_factor(f"x{n}", "uniform(0, 1)") for n in range(dimensions)]
+    return Design(kind, tuple(factors), seed, runs)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(1, 5), st.integers(0, 2**40), st.integers(1, 60))
+def test_each_stratum_of_a_latin_hypercube_has_one_point(dimensions, seed, runs):
+    design = unit_design("latin", dimensions, seed, runs)
+    strata = np.floor(shares(design) * runs).clip(max=runs - 1)
+    assert (np.sort(strata, axis=0) == np.arange(runs)[:, None]).all()
+    assert (shares(design) == shares(replace(design))).all()
+    assert runs < 2 or (shares(design) != shares(replace(design, seed=seed + 1))).any()
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(1, 5), st.integers(0, 2**40), st.integers(0, 6))
+def test_a_sobol_sequence_of_a_power_of_two_has_one_point_in_each_stratum(dimensions, seed, power):
+    """Each of its dimensions is a (0, m, 1)-net (Sobol 1967). Further runs continue it."""
+    runs = 2**power
+    design = unit_design("sobol", dimensions, seed, runs)
+    strata = np.floor(shares(design) * runs).clip(max=runs - 1)
+    assert (np.sort(strata, axis=0) == np.arange(runs)[:, None]).all()
+    assert (shares(replace(design, runs=runs + 3))[:runs] == shares(design)).all()
+    assert (shares(design) != shares(replace(design, seed=seed + 1))).any()
+
+
+@pytest.mark.parametrize("kind", ["latin", "sobol"])
+def test_lists_and_whole_numbers_are_spread_evenly(kind):
+    whole = replace(read_factor("n", "uniform(1, 4)"), whole=True)
+    design = Design(kind, (USE, whole), 1, 16)
+    runs = [dict(design.run(number).settings) for number in range(16)]
+    assert Counter(run["controller.use"] for run in runs) == {"pure_pursuit": 8, "mppi": 8}
+    assert Counter(run["n"] for run in runs) == {"1": 4, "2": 4, "3": 4, "4": 4}

@@ -7,6 +7,7 @@ from math import erfc, sqrt
 
 import numpy as np
 import pytest
+import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,6 +21,7 @@ from missions.sweeps.statistics import (
     mcnemar,
     newcombe,
     sensitivities,
+    wilcoxon,
 )
 from stack.errors import InputError
 
@@ -33,6 +35,15 @@ def rows(outcomes: str, **figures):
 def test_newcombe_has_the_published_interval():
     """56/70 and 48/80: 0.0524 to 0.3339 by method 10 (Newcombe 1998, table II, example a)."""
     assert newcombe((56, 70), (48, 80)) == pytest.approx((0.0524, 0.3339), abs=5e-5)
+
+
+@given(st.lists(st.integers(-6, 6), min_size=8, max_size=40).filter(any))
+def test_wilcoxon_is_the_one_of_scipy(differences):
+    """Whole numbers have ties and zeros."""
+    expected = scipy.stats.wilcoxon(
+        differences, zero_method="wilcox", correction=True, method="approx"
+    ).pvalue
+    assert wilcoxon(differences) == pytest.approx(min(1.0, expected))
 
 
 def test_mcnemar_is_the_binomial_test():

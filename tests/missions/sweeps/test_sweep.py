@@ -8,7 +8,9 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from math import sqrt
 from pathlib import Path
+from statistics import mean, stdev
 from time import sleep  # noqa: TID251 - another process is waited for
 
 import pyarrow.parquet
@@ -21,7 +23,7 @@ from missions.sweeps import runner
 from missions.sweeps.checking import checked
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import read_factor
-from missions.sweeps.report.page import run_command
+from missions.sweeps.report.page import page_of, run_command
 from missions.sweeps.report.results import read_results
 from missions.sweeps.row import SweepRow
 from missions.sweeps.runner import ExecutionSettings, run_sweep
@@ -218,18 +220,18 @@ def test_processes_that_end_are_outcomes(tmp_path):
         "crashed": ProcessEnded("the process was ended by SIGSEGV"),
     }
     for outcome, end in ends.items():
-        row = runner._row(run, end, folder)
+        row = runner._row(run, end, folder.runs)
         assert (row.number, row.outcome, row.reason) == (3, outcome, end.reason)
         assert row.folder == ""
     (tmp_path / "runs" / "00003").mkdir(parents=True)
     for name in ("events.jsonl", "mission.yaml"):
         (tmp_path / "runs" / "00003" / name).touch()
-    assert runner._row(run, ends["killed"], folder).folder == "runs/00003"
+    assert runner._row(run, ends["killed"], folder.runs).folder == "runs/00003"
     named = tmp_path / "runs" / "00003" / "count"  # of a mission that keeps values
     named.mkdir()
     for name in ("events.jsonl", "mission.yaml"):
         (named.parent / name).rename(named / name)
-    assert runner._row(run, ends["killed"], folder).folder == "runs/00003/count"
+    assert runner._row(run, ends["killed"], folder.runs).folder == "runs/00003/count"
 
 
 def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
@@ -352,7 +354,7 @@ def is_running(process: int) -> bool:
 
 @pytest.mark.slow
 def test_a_sweep_survives_signals(turn, tmp_path):
-    """A killed worker is a row; Ctrl-C ends with 130; a killed command leaves no process."""
+    """A killed worker is a row; Ctrl-C and SIGTERM keep all; a killed command leaves no process."""
     turn.write_text("mission: short\nrobot: scout\nworld: small_room\nrun: {wait: 0.2 s}\n")
     out = tmp_path / "out"
     words = ("sweep", str(turn), "--runs", "4000", "--out", str(out))
@@ -370,6 +372,15 @@ def test_a_sweep_survives_signals(turn, tmp_path):
 
     process = command(*words)
     wait_for_rows(out / JOURNAL, len(first) + 2)
+    process.send_signal(signal.SIGTERM)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130 and f"{len(first)} of 4000 runs are already there" in told
+    table = pyarrow.parquet.read_table(out / TABLE)
+    first = lines_in(out / JOURNAL)
+    assert table["number"].to_pylist() == sorted(row["number"] for row in first)
+
+    process = command(*words)
+    wait_for_rows(out / JOURNAL, len(first) + 2)
     alive = children_of(process.pid)
     process.kill()
     process.communicate()
@@ -380,6 +391,23 @@ def test_a_sweep_survives_signals(turn, tmp_path):
     assert alive and not any(map(is_running, alive))
     numbers = [row["number"] for row in lines_in(out / JOURNAL)]
     assert sorted(numbers) == list(range(len(numbers)))
+
+
+def test_the_help_of_sweep_has_the_options_of_its_runs():
+    for words in (["sweep", "--help"], ["sweep", "-h"]):
+        done = CliRunner().invoke(app, words, env={"COLUMNS": "200"})
+        assert done.exit_code == 0
+        assert "--vary" in done.output and "treepilot sweep report DIR" in done.output
+
+
+def test_kept_runs_are_shown_by_commands(turn, tmp_path, executed, monkeypatch):
+    swept(turn, tmp_path / "out", runs=5)
+    results = read_results(tmp_path / "out")
+    kept = replace(results.rows[4], folder="runs/00004")
+    monkeypatch.chdir(tmp_path)
+    text = page_of([replace(results, rows=(*results.rows[:4], kept))])
+    for word in ("report", "replay"):
+        assert f"<code>treepilot {word} out/runs/00004</code>" in text
 
 
 def test_the_page_of_a_shortened_sweep_has_its_runs(turn, tmp_path, executed):
@@ -406,11 +434,18 @@ def test_pages_of_one_sweep_and_of_two(turn, tmp_path, executed):
     text = page.read_text()
     assert "success 80.0% (62.7% to 90.5%); 30 runs" in text  # Wilson of 24/30
     assert "angle" in text and "times" in text and "<script" not in text and "http" not in text
+    assert "success < 0.75: does not hold, success is 0.8" in done.output
+    ones = [row for row in read_results(tmp_path / "a").rows if row.settings["times"] == "1"]
+    times = [row.seconds for row in ones if row.is_success]
+    error = stdev(times) / sqrt(len(times))
+    assert f'<td class="number">{mean(times):.4g} ± {error:.2g}</td>' in text
+    assert f"treepilot run {turn} --seed 4 --forget-kept" in text  # no folder is kept of run 4
     again = CliRunner().invoke(
         app, ["sweep", "report", str(tmp_path / "a"), str(tmp_path / "b"),
               "--fail-if", "success < 0.85"],
     )  # fmt: skip
-    assert again.exit_code == 1
+    assert again.exit_code == 1 and "success < 0.85: holds, success is 0.8" in again.output
+    assert "median difference +0 s in 24 pairs; Wilcoxon signed-rank p = 1.000" in page.read_text()
     assert "simulated time of the successes" in page.read_text()
     assert "30 pairs with the same seed and settings: 0 succeed only in the second" in (
         page.read_text()

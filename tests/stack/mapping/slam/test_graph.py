@@ -1,5 +1,7 @@
 """Pose graph: edges, reversal, removal of keyframes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,8 +54,22 @@ def test_a_removed_keyframe_leaves_its_neighbours_connected_with_the_sum_of_both
     assert forward.relative.distance_to(Pose2D(2.0, 0.0)) < 1e-12
     # By hand: x variances add (1/400 each); y gets the lever of 1 m times the heading's 1/2500.
     covariance = np.linalg.inv(forward.information)
-    assert covariance[0, 0] == pytest.approx(2 / 400)
-    assert covariance[1, 1] == pytest.approx(2 / 100 + 1 / 2500)
+    assert covariance[0, 0] == pytest.approx(2 / 400, rel=1e-5)
+    assert covariance[1, 1] == pytest.approx(2 / 100 + 1 / 2500, rel=1e-5)
+
+
+def test_a_removed_keyframe_may_have_edges_that_tell_nothing_along_a_corridor_or_nothing_at_all():
+    graph = chain(Pose2D(0.0, 0.0), Pose2D(1.0, 0.0), Pose2D(2.0, 0.0))
+    graph.add_keyframe(replace(graph.keyframes[0], id=3))
+    graph.add_keyframe(replace(graph.keyframes[0], id=4))
+    across = np.diag([0.0, 100.0, 2500.0])
+    graph.add_edge(Edge(1, 3, Pose2D(1.0, 0.0), across, "match"))
+    graph.add_edge(Edge(1, 4, Pose2D(1.0, 0.0), np.zeros((3, 3)), "match"))
+    graph.remove_keyframe(1)
+    assert sorted(e.source + e.target for e in graph.edges) == [2, 3, 4]  # all joined with 0
+    _, along, nothing = graph.edges
+    assert along.information[0, 0] < 1e-3 and np.abs(nothing.information).max() < 1e-3
+    assert along.covariance[1, 1] == pytest.approx(2 / 100 + 1 / 2500, rel=1e-2)
 
 
 def test_edges_without_keyframes_and_ids_used_twice_are_refused():

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from stack.errors import InputError, ParameterError
+from stack.networks.onnx_file import read_header
+from stack.networks.trial import tried
 from stack.perception.objects.model import ObjectModel
-from stack.perception.objects.onnx_file import read_header
 from stack.perception.objects.parameters import ObjectDetectorParameters
-from stack.perception.objects.trial import checked_labels, tried
+from stack.perception.objects.trial import checked_labels
 from tests.stack.perception.objects.tiny_models import save_constant, save_red_finder
 
 OBJECTNESS = [[[32, 32, 10, 10, 0.9, 0.8, 0.1], [5, 5, 2, 2, 0.1, 0.5, 0.5]]]

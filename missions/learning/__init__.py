@@ -1,0 +1,1 @@
+"""Learning: missions as environments of Gymnasium. `treepilot.gym` is the public face."""

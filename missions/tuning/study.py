@@ -1,0 +1,181 @@
+"""Optuna's study of a tuning: it proposes settings, prunes them, and says what matters.
+
+The study is kept in a journal file. Its trials hold parameters and values; the runs are in the
+journal of the folder, like those of a sweep.
+
+T. Akiba et al., "Optuna: A Next-generation Hyperparameter Optimization Framework", KDD 2019.
+Settings are proposed by the tree-structured Parzen estimator (J. Bergstra et al., NIPS 2011), with
+several objectives by its extension (Y. Ozaki et al., GECCO 2020). Importance is PED-ANOVA
+(S. Watanabe, A. Bansal, F. Hutter, IJCAI 2023).
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from missions.sweeps.factors import LOGUNIFORM, Factor
+from missions.tuning.objectives import Means, Objective
+from stack.errors import InputError
+from stack.optional_packages import OPTUNA
+from stack.streams import stream
+
+JOURNAL, NAME = "study.journal", "tune"
+
+DESCRIPTION, REFERENCE = "description", "reference"
+"""Attributes of the study."""
+
+AGAIN = "again"
+"""Attribute of a trial that takes the place of an interrupted one."""
+
+
+class Study:
+    """A study in a folder: a new one, or the one that is there.
+
+    Args:
+        folder: of the tuning.
+        factors: what is tried.
+        objectives: what is better.
+        seed: of the proposals.
+        description: what the values depend on, as JSON has it.
+
+    Raises:
+        InputError: Optuna is not installed, or the folder has another study.
+    """
+
+    def __init__(
+        self, folder: Path, factors: Sequence[Factor], objectives: Sequence[Objective], seed: int,
+        description: Mapping[str, Any],
+    ) -> None:  # fmt: skip
+        OPTUNA.require("`treepilot tune` needs")
+        import optuna
+        from optuna.storages.journal import JournalFileBackend, JournalFileOpenLock
+
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+        self._optuna, self._factors, self._seed = optuna, factors, seed
+        self._objectives = objectives
+        file = folder / JOURNAL
+        backend = JournalFileBackend(str(file), JournalFileOpenLock(str(file)))
+        directions: Any = ["maximize" if one.maximises else "minimize" for one in objectives]
+        storage = optuna.storages.JournalStorage(backend)
+        known = [one.study_name for one in optuna.get_all_study_summaries(storage)]
+        self._study = (
+            optuna.load_study(study_name=NAME, storage=storage) if NAME in known
+            else optuna.create_study(study_name=NAME, storage=storage, directions=directions)
+        )  # fmt: skip
+        self._study.pruner = optuna.pruners.MedianPruner()
+        before = self._study.user_attrs.get(DESCRIPTION, description)
+        changed = [name for name in description if before.get(name) != description[name]]
+        if changed:
+            name = changed[0]
+            raise InputError(
+                f"{folder} has another tuning: {name} was {before.get(name)}, is"
+                f" {description[name]}",
+                "choose another --out",
+            )
+        self._study.set_user_attr(DESCRIPTION, dict(description))
+        self._distributions = {factor.name: self._distribution(factor) for factor in factors}
+        self._continue_interrupted()
+
+    @property
+    def reference(self) -> Means | None:
+        """Means by which values are judged, once they are known."""
+        found: Means | None = self._study.user_attrs.get(REFERENCE)
+        return found
+
+    def keep_reference(self, means: Means) -> None:
+        """Keep the means by which values are judged."""
+        self._study.set_user_attr(REFERENCE, dict(means))
+
+    def settings_of(self, trial: Any) -> dict[str, str]:
+        """Return the settings of a trial, as text."""
+        return {
+            factor.name: trial.params[factor.name] if factor.is_list
+            else factor.text(trial.params[factor.name])
+            for factor in self._factors
+        }  # fmt: skip
+
+    def ask(self) -> Any:
+        """Return a new trial; it depends on the seed, its number and the trials before.
+
+        An interruption changes nothing: the trials that it has ended do not count.
+        """
+        every = self._study.get_trials(deepcopy=False)
+        number = sum(AGAIN not in trial.user_attrs for trial in every)
+        seed = int(stream(self._seed, "tune", number).integers(2**32))
+        self._study.sampler = self._optuna.samplers.TPESampler(seed=seed)
+        return self._study.ask(self._distributions)
+
+    def is_hopeless(self, trial: Any, value: float, step: int) -> bool:
+        """Whether a trial need not go on: its best value so far is worse than the others' median.
+
+        Args:
+            trial: of a study with one objective; those with several ones are never pruned.
+            value: mean over the seeds so far.
+            step: their number, less one.
+        """
+        if len(self._objectives) > 1:
+            return False
+        trial.report(value, step)
+        return bool(trial.should_prune())
+
+    def tell(self, trial: Any, values: Sequence[float]) -> None:
+        """End a trial with the values of the objectives."""
+        self._study.tell(trial, values)
+
+    def prune(self, trial: Any) -> None:
+        """End a trial before its last seed."""
+        self._study.tell(trial, state=self._optuna.trial.TrialState.PRUNED)
+
+    def refuse(self, trial: Any) -> None:
+        """End a trial whose settings the mission does not accept."""
+        self._study.tell(trial, state=self._optuna.trial.TrialState.FAIL)
+
+    def ended(self) -> list[tuple[dict[str, str], bool]]:
+        """Return the settings of all trials that are over, and whether they were pruned."""
+        states = self._optuna.trial.TrialState
+        trials = self._study.get_trials(deepcopy=False, states=(states.COMPLETE, states.PRUNED))
+        return [(self.settings_of(trial), trial.state == states.PRUNED) for trial in trials]
+
+    def importances(self) -> list[dict[str, float]]:
+        """Return the importance of each factor for each objective, from 0 to 1; {} if unknown."""
+        from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
+
+        found = []
+        for number, objective in enumerate(self._objectives):
+            sign = objective.sign
+
+            def target(trial: Any, number: int = number, sign: float = sign) -> float:
+                value: float = sign * trial.values[number]
+                return value
+
+            try:
+                with warnings.catch_warnings():  # `target` is right: less is better
+                    warnings.simplefilter("ignore", UserWarning)
+                    found.append(get_param_importances(
+                        self._study, evaluator=PedAnovaImportanceEvaluator(), target=target
+                    ))  # fmt: skip
+            except (RuntimeError, ValueError):  # too few trials, or all are equal
+                found.append({})
+        return found
+
+    def _distribution(self, factor: Factor) -> Any:
+        distributions = self._optuna.distributions
+        if factor.is_list:
+            return distributions.CategoricalDistribution(factor.values)
+        low, high = factor.ends
+        is_log = factor.kind == LOGUNIFORM
+        if factor.whole:
+            return distributions.IntDistribution(int(low), int(high), log=is_log)
+        return distributions.FloatDistribution(low, high, log=is_log)
+
+    def _continue_interrupted(self) -> None:
+        """Propose the settings of interrupted trials again, before new ones."""
+        running = self._study.get_trials(
+            deepcopy=False, states=(self._optuna.trial.TrialState.RUNNING,)
+        )
+        for trial in running:
+            self._study.tell(trial.number, state=self._optuna.trial.TrialState.FAIL)
+            self._study.enqueue_trial(trial.params, user_attrs={AGAIN: True})
