@@ -10,7 +10,6 @@ from typing import TypeVar
 
 from behaviours.catalogue import plugin_sources
 from missions.execution.component_choices import choices_of
-from missions.execution.faults import component_parameters, faults_of
 from missions.execution.fit import (
     component_findings,
     fit_findings,
@@ -29,6 +28,7 @@ from missions.execution.fit.components import (
     check_rate,
     check_robot_fits,
 )
+from missions.execution.fit.faults import component_parameters, faults_of
 from missions.execution.fit.installation import check_body, check_packages, check_renderer
 from missions.execution.fit.models import located_detector, located_places, located_policy
 from missions.execution.fit.needs import behaviour_needs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from missions.execution.faults import changes_world
+from missions.execution.fit.faults import changes_world
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.scene import OF_SCENE
 from robots.bodies import BodySetup, MakeBody

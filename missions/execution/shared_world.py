@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
-from missions.execution.faults import changes_world
+from missions.execution.fit.faults import changes_world
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import find_mission

@@ -11,7 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
-from missions.execution.faults import PREFIX
+from missions.execution.fit.faults import PREFIX
 from missions.execution.prepare import prepare
 from missions.execution.records.origins import origins_of
 from missions.falsify.margin import Requirement, margin_of

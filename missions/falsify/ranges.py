@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import isfinite
 
-from missions.execution.faults import PREFIX
+from missions.execution.fit.faults import PREFIX
 from missions.sweeps.factors import UNIFORM, Factor
 from stack.parameters import Declaration, declarations
 from stack.sim.faults.fault import BEFORE, LASTING

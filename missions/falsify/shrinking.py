@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from missions.execution.faults import NONE, PREFIX
+from missions.execution.fit.faults import NONE, PREFIX
 from missions.sweeps.sweep import FAULTS
 
 HALVINGS = 4

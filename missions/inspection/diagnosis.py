@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 
-from missions.execution.faults import read_fault_file
+from missions.execution.fit.faults import read_fault_file
 from missions.execution.prepare import RunOptions, diagnose
 from missions.execution.resources import catalogue_of
 from missions.language.keys import TREE_FILE

@@ -10,7 +10,7 @@ from typing import Any
 
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import SETTINGS
-from missions.execution.faults import fault_files
+from missions.execution.fit.faults import fault_files
 from missions.execution.plugin_components import plugged_components
 from missions.execution.resources import (
     find_mission,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from missions.execution.faults import NONE, SUITE, fault_files
+from missions.execution.fit.faults import NONE, SUITE, fault_files
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import find_mission, mission_files
 from missions.sweeps.checking import checked

@@ -12,8 +12,8 @@ from missions.execution.build.detour import detour_maker
 from missions.execution.build.driving import DrivingInput, driving_of, place_of
 from missions.execution.build.events import announce_tree, announce_warnings, emitter, tree_emitter
 from missions.execution.build.world import landmarks_of, map_of
-from missions.execution.faults import world_of
 from missions.execution.fit.arms import boxes_of, others_of
+from missions.execution.fit.faults import world_of
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.records.picture_store import FolderMapStore, PictureStore

@@ -14,7 +14,7 @@ from missions.execution.component_choices import (
     mark_of_robot,
     settings_of,
 )
-from missions.execution.faults import component_parameters
+from missions.execution.fit.faults import component_parameters
 from missions.execution.prepare import PreparedMission
 from missions.language.model import Component
 from stack.components import Choice

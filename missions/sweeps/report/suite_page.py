@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 
-from missions.execution.faults import NONE
+from missions.execution.fit.faults import NONE
 from missions.inspection.page.style import STYLE
 from missions.sweeps.suite import Cell, Suite, figures, over_missions, reasons
 from stack.types.printable import printable

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import missions
-from missions.execution.faults import fault_files
+from missions.execution.fit.faults import fault_files
 from missions.execution.prepare import RunOptions, diagnose, prepare
 from missions.execution.repeat import repeat_run
 from missions.execution.shared_world import prepare_together
@@ -111,7 +111,7 @@ def test_robots_in_one_world_share_its_furniture(mission):
 
 
 def test_moved_furniture_is_not_on_the_map(tmp_path):
-    from missions.execution.faults import world_of
+    from missions.execution.fit.faults import world_of
 
     plan = prepare("02_office_patrol", RunOptions(faults="moved_chairs"))
     moved = world_of(plan.world, plan.faults, plan.robot, plan.start, seed=1)

@@ -5,7 +5,7 @@ from typer.testing import CliRunner
 
 import missions
 from missions.cli.app import app
-from missions.execution.faults import fault_files
+from missions.execution.fit.faults import fault_files
 from missions.sweeps.report.suite_page import suite_page
 from missions.sweeps.row import SweepRow
 from missions.sweeps.suite import (
