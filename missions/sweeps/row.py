@@ -98,7 +98,8 @@ class SweepRow:
     @property
     def without_costs(self) -> SweepRow:
         """The row without the figures that differ between two runs that are the same."""
-        return replace(self, **dict.fromkeys(COSTS))
+        nothing: Any = dict.fromkeys(COSTS)
+        return replace(self, **nothing)
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
