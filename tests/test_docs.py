@@ -35,6 +35,7 @@ from xml.etree import ElementTree
 import pytest
 import typer
 import yaml
+from distributed.cli import dask_scheduler, dask_worker
 from py_trees.common import Status
 from typer.main import get_command
 from typer.testing import CliRunner
@@ -278,6 +279,10 @@ class Follower:
                 assert words[1] in make_targets(), line
             elif words[:3] == ["python", "-m", "tests.benchmarks"]:
                 parsed(words[3:])
+            elif words[:1] == ["dask"]:
+                {"scheduler": dask_scheduler, "worker": dask_worker}[words[1]].main.make_context(
+                    words[1], words[2:]
+                )
             elif words[:3] == ["python", "-m", "pytest"]:
                 self.pytest(*words[3:])
             elif words[:2] == ["pip", "install"]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from missions.sweeps.design import RunDescription
@@ -16,6 +16,9 @@ CRASHED, HUNG, KILLED, REFUSED = "crashed", "hung", "killed", "refused"
 OUTCOMES = (SUCCESS, FAILURE, TIME_LIMIT, "aborted", CRASHED, HUNG, KILLED, REFUSED)
 """What can become of a run. `refused`: the mission does not accept this combination of settings;
 such a run is no failure of the robot, and rates leave it out."""
+
+COSTS = ("real_time_factor", "wall_seconds", "start_seconds", "cpu_seconds", "memory_mb")
+"""Figures of what a run cost; all others are the same in each process and on each machine."""
 
 DRIVING = ("detour", "turning", "jerk", "goal_error")
 """Figures that only tunings ask for: each step is recorded for them."""
@@ -91,6 +94,12 @@ class SweepRow:
     def counts(self) -> bool:
         """Whether the run counts in rates."""
         return self.outcome != REFUSED
+
+    @property
+    def without_costs(self) -> SweepRow:
+        """The row without the figures that differ between two runs that are the same."""
+        nothing: Any = dict.fromkeys(COSTS)
+        return replace(self, **nothing)
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""

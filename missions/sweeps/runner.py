@@ -81,7 +81,8 @@ def _fill(  # noqa: PLR0913 - what the runs, their rows and their end need
 ) -> None:  # fmt: skip
     """Append the rows of missing runs, until all are there or the claim is decided."""
     decision = None if execution.until is None else Decision(execution.until, rows)
-    if decision is not None and decision.verdict is not None:
+    is_decided = decision is not None and decision.verdict is not None
+    if is_decided or len(rows) == checked.sweep.runs:
         return
     inputs = SweepInputs(checked.sweep, folder.runs, checked.paths)
     made = made_rows(inputs, _missing(checked, rows), execution, lambda: follow(rows))

@@ -14,7 +14,7 @@ from stack.types.printable import printable
 if TYPE_CHECKING:
     from missions.tuning.tuning import TuningResult
 
-WIDTH, HEIGHT, MARGIN = 480, 260, 44
+WIDTH, HEIGHT, MARGIN, RIGHT = 480, 240, 44, 24
 """Of a chart, in its own units."""
 
 MOST_SHOWN = 20
@@ -38,8 +38,9 @@ def page_of(tuned: TuningResult, verdict: Sequence[str]) -> str:
     title = f"tuning of {tuned.plan.mission.source.stem}"
     chart = _front(tuned) if len(tuned.objectives) > 1 else _history(tuned)
     parts = [
-        f"<h1>{_safe(title)}</h1>", *(f'<p class="lead">{_safe(line)}</p>' for line in verdict),
-        chart, _section("Importance", _importance(tuned)),
+        f'<h1>{_safe(title)}</h1><p class="lead">{_safe(verdict[0])}</p>',
+        *(f"<p>{_safe(line)}</p>" for line in verdict[1:]), chart,
+        _section("Importance", _importance(tuned)),
         _section("Seeds held out", _held_out(tuned)), _section("Settings", _settings(tuned)),
     ]  # fmt: skip
     return (
@@ -98,7 +99,7 @@ def _words(tuned: TuningResult, score: Score) -> str:
 
 def _chart(caption: str, points: Sequence[Point], line: Sequence[tuple[float, float]]) -> str:
     xs, ys = [one[0] for one in points], [one[1] for one in points]
-    right, up = WIDTH - MARGIN - 10, HEIGHT - MARGIN - 10
+    right, up = WIDTH - MARGIN - RIGHT, HEIGHT - MARGIN - 10
     wide, high = max(xs) - min(xs) or 1.0, max(ys) - min(ys) or 1.0
 
     def at(x: float, y: float) -> tuple[float, float]:
@@ -109,7 +110,7 @@ def _chart(caption: str, points: Sequence[Point], line: Sequence[tuple[float, fl
 
     path = " ".join(f"{px:.1f},{py:.1f}" for px, py in (at(*one) for one in line))
     parts = [
-        f'<line x1="{MARGIN}" y1="{HEIGHT - MARGIN}" x2="{WIDTH - 10}" y2="{HEIGHT - MARGIN}" '
+        f'<line x1="{MARGIN}" y1="{HEIGHT - MARGIN}" x2="{WIDTH - RIGHT}" y2="{HEIGHT - MARGIN}" '
         'class="axis"/>',
         f'<line x1="{MARGIN}" y1="10" x2="{MARGIN}" y2="{HEIGHT - MARGIN}" class="axis"/>',
         *(_tick(*at(x, min(ys)), f"{x:.3g}", 0.0, 16.0) for x in (min(xs), max(xs))),

@@ -62,7 +62,7 @@ def verdict_lines(tuned: TuningResult) -> Iterator[str]:
     if len(tuned.objectives) == 1:
         yield f"best of {others} settings on {_runs(best[0].seeds)}: {_difference(tuned, best[0])}"
     else:
-        yield f"front: {len(best)} of {others} settings, on {_runs(best[0].seeds)}"
+        yield f"* front: {len(best)} of {others} settings, on {_runs(best[0].seeds)}"
     for score in tuned.held_out[1:]:
         shown = "" if len(tuned.objectives) == 1 else f"{_settings(score)}: "
         held_out = f"{_runs(score.seeds)} held out" if score.seeds > 1 else "a seed held out"

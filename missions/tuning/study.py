@@ -24,6 +24,9 @@ from stack.streams import stream
 
 JOURNAL, NAME = "study.journal", "tune"
 
+DIGITS = 4
+"""Significant digits of a tried value; runs do not resolve finer differences."""
+
 DESCRIPTION, REFERENCE = "description", "reference"
 """Attributes of the study."""
 
@@ -91,11 +94,7 @@ class Study:
 
     def settings_of(self, trial: Any) -> dict[str, str]:
         """Return the settings of a trial, as text."""
-        return {
-            factor.name: trial.params[factor.name] if factor.is_list
-            else factor.text(trial.params[factor.name])
-            for factor in self._factors
-        }  # fmt: skip
+        return {factor.name: _text(factor, trial.params[factor.name]) for factor in self._factors}
 
     def ask(self) -> Any:
         """Return a new trial; it depends on the seed, its number and the trials before.
@@ -179,3 +178,10 @@ class Study:
         for trial in running:
             self._study.tell(trial.number, state=self._optuna.trial.TrialState.FAIL)
             self._study.enqueue_trial(trial.params, user_attrs={AGAIN: True})
+
+
+def _text(factor: Factor, value: Any) -> str:
+    """Return a proposed value as text."""
+    if factor.is_list:
+        return str(value)
+    return factor.text(value if factor.whole else float(f"{value:.{DIGITS}g}"))

@@ -342,9 +342,11 @@ class Tuning:
 
 
 def _best_of(result: TuningResult) -> list[Settings]:
-    """Return the settings that are worth a comparison: the best, or some of the front."""
-    found = result.front if len(result.objectives) > 1 else [result.best]
-    return [tuple(one.settings.items()) for one in found if one.settings][:MOST_HELD_OUT]
+    """Return the settings that are worth a comparison: the best, or some along the front."""
+    front = result.front if len(result.objectives) > 1 else [result.best]
+    found = [tuple(one.settings.items()) for one in front if one.settings]
+    most = min(MOST_HELD_OUT, len(found))
+    return [found[round(n * (len(found) - 1) / max(most - 1, 1))] for n in range(most)]
 
 
 def _mean(objective: Objective, rows: Sequence[SweepRow], reference: Means) -> float:

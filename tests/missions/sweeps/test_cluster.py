@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 from dataclasses import replace
-from itertools import pairwise
 
 import pytest
 from distributed import LocalCluster
@@ -13,7 +12,7 @@ from typer.testing import CliRunner
 
 from missions.cli.app import app
 from missions.inspection.run_folders import is_run_folder
-from missions.sweeps import cluster, packing
+from missions.sweeps import cluster
 from missions.sweeps.checking import checked
 from missions.sweeps.design import RunDescription
 from missions.sweeps.factors import listed, read_factor
@@ -25,9 +24,6 @@ from missions.sweeps.table import SweepFolder
 from missions.sweeps.worker import RunMaker, SweepInputs
 from robots.load import find_robot
 from stack.errors import InputError
-
-COSTS = ("real_time_factor", "wall_seconds", "start_seconds", "cpu_seconds", "memory_mb")
-"""What a run cost; all else is the same on every machine."""
 
 PLUGIN = """\
 from treepilot import Behaviour, Status
@@ -63,7 +59,7 @@ def own(turn):
 
 
 def without_costs(rows):
-    return [replace(row, **dict.fromkeys(COSTS)) for row in rows]
+    return [row.without_costs for row in rows]
 
 
 def test_a_packed_sweep_has_the_rows_of_the_original(own, tmp_path):
@@ -127,7 +123,7 @@ def test_a_cluster_needs_dask_and_no_jobs(turn, monkeypatch):
     assert "treepilot[cluster]" in str(done.exception)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def two_workers():
     with LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1",
@@ -155,15 +151,13 @@ def test_a_cluster_has_the_rows_of_this_machine(own, tmp_path, two_workers):
     again = run_sweep(own, SweepFolder(tmp_path / "far"), execution, lambda _: None)
     assert again == rows  # nothing is missing
 
-    _crashes_are_rows(own, tmp_path, execution)
-    _closing_cancels(own, tmp_path, two_workers, execution)
 
-
-def _crashes_are_rows(own, tmp_path, execution):
-    """A run that ends each worker in which it begins does not end the sweep."""
+@pytest.mark.slow
+def test_a_run_that_ends_each_of_its_workers_is_a_row(own, tmp_path, two_workers):
+    execution = ExecutionSettings(cluster=two_workers.scheduler_address)
     deadly = replace(own.sweep, factors=(), mission=str(_deadly(tmp_path)))
     ready = checked(replace(deadly, runs=1, design="random"), EMPTY.refusal)
-    rows = run_sweep(ready, SweepFolder(tmp_path / "deadly"), execution, lambda _: None)
+    rows = run_sweep(ready, SweepFolder(tmp_path / "out"), execution, lambda _: None)
     assert [row.outcome for row in rows] == ["crashed"]
     assert rows[0].reason.startswith("its worker ended 4 times")  # Dask's allowed-failures is 3
 
@@ -179,8 +173,9 @@ def _deadly(folder):
     return file
 
 
-def _closing_cancels(own, tmp_path, two_workers, execution):
-    """What is under way ends soon, and the workers keep no files."""
+@pytest.mark.slow
+def test_closing_cancels_and_removes_the_files_of_the_workers(own, tmp_path, two_workers):
+    execution = ExecutionSettings(cluster=two_workers.scheduler_address)
     long = replace(own.sweep, mission=str(tmp_path / "long.yaml"), factors=())
     (tmp_path / "long.yaml").write_text(
         "mission: long\nrobot: scout\nworld: small_room\nrun: {wait: 100 h}\n"
@@ -190,11 +185,9 @@ def _closing_cancels(own, tmp_path, two_workers, execution):
     made = made_rows(inputs, iter([short, RunDescription(1, 1)]), execution)
     next(made)
     made.close()
-    client = two_workers.get_client()
-    assert client.processing() is not None and not client.who_has()
-    left = client.run(lambda dask_worker: [
-        file for file in os.listdir(dask_worker.local_directory) if file.startswith("treepilot")
-    ])  # fmt: skip
-    assert set(map(tuple, left.values())) == {()}
-    assert all(a is not b for a, b in pairwise(left))
-    assert packing.environment()
+    with two_workers.get_client() as client:
+        left = client.run(lambda dask_worker: [
+            name for name in os.listdir(dask_worker.local_directory) if "treepilot" in name
+        ])  # fmt: skip
+        assert left and not any(left.values())
+        assert not any(client.processing().values())

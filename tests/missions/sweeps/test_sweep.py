@@ -354,7 +354,10 @@ def is_running(process: int) -> bool:
 
 @pytest.mark.slow
 def test_a_sweep_survives_signals(turn, tmp_path):
-    """A killed worker is a row; Ctrl-C and SIGTERM keep all; a killed command leaves no process."""
+    """A killed worker is a row; Ctrl-C and SIGTERM keep all; a killed command leaves no process.
+
+    The rows are those of a sweep without interruption.
+    """
     turn.write_text("mission: short\nrobot: scout\nworld: small_room\nrun: {wait: 0.2 s}\n")
     out = tmp_path / "out"
     words = ("sweep", str(turn), "--runs", "4000", "--out", str(out))
@@ -391,6 +394,15 @@ def test_a_sweep_survives_signals(turn, tmp_path):
     assert alive and not any(map(is_running, alive))
     numbers = [row["number"] for row in lines_in(out / JOURNAL)]
     assert sorted(numbers) == list(range(len(numbers)))
+
+    ready = checked(Sweep(str(turn), len(numbers) + 2, "random"), EMPTY.refusal)
+    rows = run_sweep(ready, SweepFolder(out), ExecutionSettings(), lambda _: None)
+    whole = run_sweep(ready, SweepFolder(tmp_path / "whole"), ExecutionSettings(), lambda _: None)
+    assert [row.number for row in rows] == list(range(len(numbers) + 2))
+    assert [(one.number, one.outcome) for one, other in zip(rows, whole, strict=True)
+            if one.without_costs != other.without_costs] == [
+                (row["number"], "killed") for row in first if row["outcome"] == "killed"
+            ]  # fmt: skip
 
 
 def test_the_help_of_sweep_has_the_options_of_its_runs():
