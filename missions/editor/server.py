@@ -29,7 +29,7 @@ from missions.editor.rename import renamed
 from missions.editor.symbols import outline
 from missions.editor.text_positions import TextWord, in_placeholder, typed_word, word_at
 from missions.inspection.diagnosis import FileKind, file_kind
-from missions.inspection.fixes import fix_of
+from missions.inspection.drafting.fixes import fix_of
 from missions.language.reading.words import Word
 from stack.documents import Finding
 from stack.errors import InputError

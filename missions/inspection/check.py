@@ -14,7 +14,7 @@ from pathlib import Path
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import find_mission
 from missions.inspection.diagnosis import findings_of, text_of
-from missions.inspection.fixes import fix_of
+from missions.inspection.drafting.fixes import fix_of
 from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark

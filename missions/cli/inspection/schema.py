@@ -25,7 +25,7 @@ def schema(
     \b
     treepilot schema --prompt --robot scout --world office
     """
+    from missions.inspection.drafting.prompt import page
     from missions.inspection.listing import installed
-    from missions.inspection.prompt import page
 
     typer.echo(page(installed(mission), robot, world, prompt=prompt))

@@ -153,7 +153,7 @@ class ParallelStep(CompositeStep):
         return Parallel(self.name or self.kind, children, builder.execution, self.needed)
 
 
-def _read(reader: NodeReading, written: Written, context: NameContext) -> Step:
+def _read(reader: NodeReading, written: Written, context: NameContext) -> Step | None:
     head, body = written.head, written.body
     given, succeed_on = body, None
     if body is not None and body.is_mapping:

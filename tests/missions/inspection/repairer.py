@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from missions.inspection.check import as_json, check_files
-from missions.inspection.fixes import end_of_value
+from missions.inspection.drafting.fixes import end_of_value
 
 FENCE = re.compile(r"^\s*(```|~~~)")
 

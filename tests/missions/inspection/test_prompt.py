@@ -8,8 +8,8 @@ import pytest
 
 from missions.execution.prepare import diagnose
 from missions.execution.resources import load_world
+from missions.inspection.drafting.prompt import examples, page
 from missions.inspection.listing import installed
-from missions.inspection.prompt import examples, page
 from missions.language.kinds import NODES
 from missions.language.reading.words import Draft
 from tests.missions.inspection.drafts import DRAFTS, OTHERS, text_of
