@@ -31,7 +31,10 @@ class NavigateToPose(RobotBehaviour):
     goal's heading.
     """
 
-    also_known_as = ("go_to", "move", "move_to", "drive", "drive_to")
+    also_known_as = (
+        "go_to", "move", "move_to", "drive", "drive_to", "navigate", "go_to_place", "go_to_pose",
+        "move_to_pose", "drive_to_pose", "MoveBase",
+    )  # fmt: skip
 
     goal: Pose2D = port("goal pose, map frame")
     tolerance: float | None = port(

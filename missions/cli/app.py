@@ -31,6 +31,7 @@ from missions.cli.inspection.mavlink import mavlink
 from missions.cli.inspection.nav2 import nav2
 from missions.cli.inspection.parameters import parameters
 from missions.cli.inspection.report import report
+from missions.cli.inspection.schema import schema
 from missions.cli.inspection.show import show
 from missions.cli.inspection.topic import topic_app
 from missions.cli.inspection.trace import trace
@@ -70,6 +71,7 @@ app.command()(test)
 app.command()(show)
 app.command("list")(list_)
 app.command()(describe)
+app.command()(schema)
 app.command()(parameters)
 app.command()(nav2)
 app.command()(jitter)

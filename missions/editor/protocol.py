@@ -14,7 +14,7 @@ from missions.editor.completion import Candidate
 from missions.editor.document import Reading
 from missions.editor.rename import renamed_uses, users_of
 from missions.editor.symbols import Entry
-from missions.editor.text_positions import end_of_value
+from missions.inspection.drafting.fixes import end_of_value
 from missions.language.expressions.scope import Symbol
 from missions.language.step import Tree
 from stack.documents import Finding, Mark

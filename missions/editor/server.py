@@ -13,7 +13,6 @@ from pygls.workspace import TextDocument
 
 from missions.editor.completion import candidates, new_file
 from missions.editor.document import Reading, diagnosed, is_new, read_at_cursor
-from missions.editor.fixes import fix_of
 from missions.editor.hover import definition, explanation
 from missions.editor.protocol import (
     completion_of,
@@ -30,6 +29,7 @@ from missions.editor.rename import renamed
 from missions.editor.symbols import outline
 from missions.editor.text_positions import TextWord, in_placeholder, typed_word, word_at
 from missions.inspection.diagnosis import FileKind, file_kind
+from missions.inspection.drafting.fixes import fix_of
 from missions.language.reading.words import Word
 from stack.documents import Finding
 from stack.errors import InputError

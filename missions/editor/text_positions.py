@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 _WORD = re.compile(r"\$?[A-Za-z_][\w.]*")
 _TYPED = re.compile(r"\$?[\w.]*$")
-_PLAIN = re.compile(r"([^\s,\[\]{}#:]|:(?=\S)|#|[ ](?![#\s]))+")
-_QUOTED = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"\\]|\\.)*\"")
 
 
 @dataclass(frozen=True)
@@ -39,14 +37,6 @@ def typed_word(line: str, column: int) -> TextWord:
     found = _TYPED.search(line[: column - 1])
     text = found[0] if found else ""
     return TextWord(text, column - len(text))
-
-
-def end_of_value(line: str, column: int) -> int:
-    """Return the column after the key or value that begins at a column, at least one further."""
-    text = line[column - 1 :]
-    found = _QUOTED.match(text) or _PLAIN.match(text)
-    length = len(found[0].rstrip()) if found else 0
-    return column + max(1, length)
 
 
 def in_placeholder(before: str) -> bool:

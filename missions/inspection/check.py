@@ -14,6 +14,7 @@ from pathlib import Path
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import find_mission
 from missions.inspection.diagnosis import findings_of, text_of
+from missions.inspection.drafting.fixes import fix_of
 from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark
@@ -95,7 +96,11 @@ def with_source_line(finding: Finding, lines: Sequence[str]) -> str:
 
 
 def as_json(lines: Iterable[CheckLine]) -> str:
-    """Return findings as a JSON list with file, line, column, code, severity, sentence, hint."""
+    """Return findings as a JSON list, for editors and for programs that write missions.
+
+    Each has `file`, `line`, `column`, `code`, `severity`, `sentence` and `hint`; `fix` is the text
+    that replaces `word` there, both empty where none is known.
+    """
     plain = [_plain(line) for line in lines]
     text = json.dumps(plain, indent=2, ensure_ascii=False)
     return text if printable(text) == text else json.dumps(plain, indent=2)
@@ -108,9 +113,11 @@ def _plain(line: CheckLine) -> dict[str, str | int]:
         mark, code, sentence, hint = Mark(""), "E001", line.text, ""
     else:
         mark, code, sentence, hint = item.mark, item.code, item.sentence, item.hint
+    fix = None if item is None else fix_of(item, text_of(Path(mark.file)).splitlines())
     return {
         "file": mark.file, "line": mark.line, "column": mark.column, "code": code,
         "severity": severity, "sentence": sentence, "hint": hint,
+        "word": "" if fix is None else fix.word, "fix": "" if fix is None else fix.text,
     }  # fmt: skip
 
 

@@ -94,10 +94,11 @@ def doc_of(file: Path, kind: FileKind = FileKind.OTHER) -> str:
 
 def robot_summary(name: str) -> str:
     """Return size, drive and speeds of a robot in one line."""
-    return _summary(load_robot(name, CURRENT_FOLDER))
+    return robot_summary_of(load_robot(name, CURRENT_FOLDER))
 
 
-def _summary(robot: RobotDescription) -> str:
+def robot_summary_of(robot: RobotDescription) -> str:
+    """Return size, drive and speeds of a robot in one line."""
     if not robot.drivetrain.moves:
         return f"radius {robot.footprint.circumscribed_radius:.2f} m, no wheels{_limbs(robot)}"
     limits, kind = robot.limits, robot.drivetrain.kind
@@ -121,7 +122,7 @@ def _limbs(robot: RobotDescription) -> str:
 def robot_description(robot: RobotDescription) -> str:
     """Describe a robot: size, drive, sensors, limits, battery."""
     length, width = robot.footprint.points.max(axis=0) - robot.footprint.points.min(axis=0)
-    lines = [f"{robot.name}: {_summary(robot)}"]
+    lines = [f"{robot.name}: {robot_summary_of(robot)}"]
     lines.append(f"size: {length:.2f} m long, {width:.2f} m wide, {robot.height:.2f} m high")
     moves = robot.drivetrain.moves
     parts: dict[str, object] = {
@@ -231,7 +232,7 @@ def mission_description(path: Path) -> str:
     mission = plan.mission
     estimator = plan.choices["localisation"].name
     rows = [
-        ("robot", f"{plan.robot.name}: {_summary(plan.robot)}"),
+        ("robot", f"{plan.robot.name}: {robot_summary_of(plan.robot)}"),
         ("plays", "" if mission.replay is None else str(mission.replay.log)),
         ("world", plan.world.name if mission.world else ""),
         ("map", mission.map),

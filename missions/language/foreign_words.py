@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from stack.parameters import did_you_mean, likely, nearest, suggestion
+from stack.errors import Hint
+from stack.parameters import did_you_mean, likely, nearest, suggestion, superfluous
 
 _BY_ITSELF = "leave it out: navigate_to_pose plans, smooths and replans by itself"
 _COMPONENTS = "write `navigation: {planner: …, controller: …}` at the top of the mission"
@@ -98,6 +99,20 @@ MODIFIERS = {
 """Words for what modifiers do, or for what needs no node, as `plain` writes them -> what to write.
 """
 
+TYPE_WORDS = ("type", "behaviour", "behavior", "action", "node", "task", "kind")
+CHILDREN_WORDS = ("children", "nodes", "steps", "tasks", "actions", "do", "list", "body")
+"""Keys that hold the type of a node, and its children, elsewhere."""
+
+MISSION_WORDS = {
+    "name": "mission", "title": "mission", "description": "doc", "comment": "doc",
+    "version": "format", "environment": "world", "scene": "world", "locations": "places",
+    "poses": "places", "waypoints": "places", "goals": "places", "variables": "blackboard",
+    "inputs": "arguments", "tree": "run", "behavior_tree": "run", "behaviour_tree": "run",
+    "root": "run", "steps": "run", "tasks": "run", "actions": "run", "subtrees": "trees",
+    "localization": "localisation",
+}  # fmt: skip
+"""Keys at the top of a file elsewhere -> keys here."""
+
 PORTS = {
     "backup_dist": "distance",
     "backup_speed": "speed",
@@ -111,6 +126,11 @@ PORTS = {
     "msg": "text",
     "message": "text",
     "velocity": "speed",
+    "degrees": "angle",
+    "deg": "angle",
+    "radians": "angle",
+    "meters": "distance",
+    "metres": "distance",
 }
 """Names of ports elsewhere -> names here."""
 
@@ -134,6 +154,10 @@ MOCK_WORDS = {"result": "returns", "status": "returns", "return": "returns", "ou
               "duration": "takes", "time": "takes", "delay": "takes", "outputs": "sets",
               "out": "sets", "set": "sets"}  # fmt: skip
 """Words for the keys of declarations, events and mocks -> the keys here."""
+
+
+_RENAMED = re.compile(r"write `(\w+): (?:…|[\w ]+)`(?: beside the node)?")
+"""A hint that gives a modifier another name, and no other value."""
 
 
 def meant_or_near(word: str, meanings: Mapping[str, str], known: Iterable[str]) -> str:
@@ -169,9 +193,13 @@ def node_meaning(word: str, known: Mapping[str, Sequence[str]]) -> str:
     return MODIFIERS.get(key) or likely(snake_case(word), known)
 
 
-def modifier_hint(word: str, known: Iterable[str]) -> str:
-    """Return the hint for an unknown modifier."""
-    return MODIFIERS.get(plain(word)) or suggestion(word, known)
+def modifier_hint(word: str, known: Collection[str]) -> str:
+    """Return the hint for an unknown modifier, with its name here as the fix."""
+    meant = MODIFIERS.get(plain(word))
+    if meant is None:
+        return superfluous(word, known)
+    renamed = _RENAMED.fullmatch(meant)
+    return Hint(meant, renamed[1] if renamed and renamed[1] in known else "")
 
 
 def meant_port(word: str, known: Iterable[str]) -> str:

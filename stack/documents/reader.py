@@ -15,7 +15,7 @@ from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.ros_parameters import RosComposer
 from stack.documents.yaml_nodes import Node, compose
 from stack.errors import InputError, ParameterError
-from stack.parameters import REQUIRED, Declaration, did_you_mean, nearest, suggestion
+from stack.parameters import REQUIRED, Declaration, did_you_mean, nearest, superfluous
 
 T = TypeVar("T")
 
@@ -246,7 +246,7 @@ class Section:
 
     def _unknown(self, key: Node, keys: Sequence[str], hint: str = "") -> None:
         sentence = f"{self.what} has no key {key.words()}"
-        hint = hint or suggestion(str(key.value), keys)
+        hint = hint or superfluous(str(key.value), keys)
         self.findings.add(self.code, key.mark, sentence, hint)
 
     def unread(self) -> list[Node]:

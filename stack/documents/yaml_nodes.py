@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isinf
 from typing import Any, ClassVar
 
@@ -194,11 +194,13 @@ class Composer:
         self.anchors: dict[str, tuple[Node, int, int] | None] = {}
 
     def documents(self) -> list[Node]:
-        found = []
+        """Return the documents; the mark of a later one is that of its `---`."""
+        found: list[Node] = []
         for event in self.events:
             if isinstance(event, yaml.DocumentStartEvent):
                 self.anchors.clear()
-                found.append(self._node(next(self.events), 0))
+                node = self._node(next(self.events), 0)
+                found.append(replace(node, mark=self._mark(event)) if found else node)
         return found
 
     def _node(self, event: Any, depth: int) -> Node:

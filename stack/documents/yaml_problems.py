@@ -9,6 +9,9 @@ from typing import Any
 
 from yaml import MarkedYAMLError
 
+PROSE = 4
+"""Words of a line without a colon from which on it is taken for a sentence."""
+
 
 @dataclass(frozen=True, slots=True)
 class Problem:
@@ -71,6 +74,10 @@ def explain(error: MarkedYAMLError, text: str) -> Problem:
     here = _place(error.problem_mark or error.context_mark)
     opened = _place(error.context_mark) if error.context_mark else here
     problem, context = error.problem or "", error.context or ""
+    fence = _fence(text.split("\n"), here[0])
+    if fence is not None:
+        hint = "keep only the lines between the fences"
+        return Problem(fence + 1, 1, "a Markdown fence is not YAML", hint)
     for context_pattern, pattern, make_problem in _TABLE:
         found = re.search(pattern, problem, re.DOTALL)
         if found and re.search(context_pattern, context):
@@ -90,7 +97,21 @@ def _first(case: _Case) -> Problem:
     return case.at(case.here, f"a value cannot begin with {character}", hint)
 
 
+def _fence(lines: list[str], near: int) -> int | None:
+    """The first line of a Markdown fence at a position or above it."""
+    for number, line in enumerate(lines[: near + 1]):
+        if line.lstrip().startswith(("```", "~~~")):
+            return number
+    return None
+
+
 def _no_colon(case: _Case) -> Problem:
+    line = case.lines[case.opened[0]].strip()
+    if line.startswith("//"):
+        return case.at(case.opened, "this line is not `key: value`", "a comment begins with #")
+    if len(line.split()) >= PROSE and not line.endswith(":"):
+        sentence = "this line is a sentence, not `key: value`"
+        return case.at(case.opened, sentence, "remove the line, or begin it with # as a comment")
     hint = "is a `:` missing? To continue the text above, indent this line deeper than its key"
     return case.at(case.opened, "this line is not `key: value`", hint)
 

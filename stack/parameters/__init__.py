@@ -14,9 +14,9 @@ from stack.parameters.declarations import (
     type_name,
     values_of,
 )
-from stack.parameters.names import did_you_mean, likely, nearest, suggestion
+from stack.parameters.names import did_you_mean, likely, nearest, suggestion, superfluous, write
 from stack.parameters.poses import FARTHEST, read_pose
-from stack.parameters.quantities import quantity_unit, read_quantity, units
+from stack.parameters.quantities import quantity_unit, read_quantity, unit_elsewhere, units
 
 __all__ = [
     "FARTHEST",
@@ -35,7 +35,10 @@ __all__ = [
     "read_quantity",
     "refuse_changes",
     "suggestion",
+    "superfluous",
     "type_name",
+    "unit_elsewhere",
     "units",
     "values_of",
+    "write",
 ]

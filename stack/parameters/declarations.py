@@ -19,7 +19,7 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 from stack.errors import ParameterError
-from stack.parameters.names import suggestion
+from stack.parameters.names import suggestion, write
 from stack.parameters.poses import read_path, read_pose
 from stack.parameters.quantities import read_number, shown
 from stack.types import Path, Pose2D
@@ -280,7 +280,7 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branc
     expected = words.get(kind, f"a {kind.__name__ if isinstance(kind, type) else kind}")
     meant = _SWITCHES.get(str(raw).lower()) if kind is bool else None
     if meant:
-        raise ParameterError("", f"expected {expected}, got {shown(raw)}", f"write {meant}")
+        raise ParameterError("", f"expected {expected}, got {shown(raw)}", write(meant))
     if has_fields(kind):
         expected += f" {{{', '.join(declarations(kind))}}}"
     raise ParameterError("", f"expected {expected}, got {shown(raw)}")

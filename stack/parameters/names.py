@@ -15,10 +15,28 @@ def did_you_mean(word: str) -> Hint:
     return Hint(f"did you mean {word!r}?", word)
 
 
+def write(text: str, more: str = "") -> Hint:
+    """Hint that tells what to write in place of the value at the finding.
+
+    Args:
+        text: the new value.
+        more: of the sentence, behind it.
+    """
+    return Hint(f"write {text}{more}", text)
+
+
 def suggestion(word: str, known: Iterable[str]) -> Hint:
     """Hint for an unknown word: the most similar word, or all known words."""
     names = sorted(set(known))
-    return likely(word, names) or Hint(f"available: {', '.join(names)}" if names else NONE)
+    only = names[0] if len(names) == 1 else ""
+    return likely(word, names) or Hint(f"available: {', '.join(names)}" if names else NONE, only)
+
+
+def superfluous(word: str, known: Iterable[str]) -> Hint:
+    """Hint for an unknown key: the most similar one; else to remove it, with all known ones."""
+    names = sorted(set(known))
+    others = f"; available: {', '.join(names)}" if names else ""
+    return likely(word, names) or Hint(f"remove it{others}")
 
 
 def likely(word: str, known: Iterable[str]) -> Hint:

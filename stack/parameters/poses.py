@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from stack.errors import ParameterError
+from stack.errors import Hint, ParameterError
+from stack.parameters.names import write
 from stack.parameters.quantities import read_number, shown
 from stack.types import Path, Pose2D, wrap_angle
 
@@ -40,19 +41,22 @@ def read_pose(raw: Any) -> Pose2D:
         raise ParameterError("", f"({x:g}, {y:g}) m is farther than {FARTHEST:g} m from the origin")
     if abs(heading) > 2.0 * pi + 1e-9:  # almost certainly degrees
         sentence = f"a heading of {heading:g} rad is more than a full turn"
-        raise ParameterError("", sentence, f"write {raw[2]:g} deg" if _is_number(raw[2]) else "")
+        if not _is_number(raw[2]):
+            raise ParameterError("", sentence)
+        fixed = f"[{raw[0]}, {raw[1]}, {raw[2]:g} deg]"
+        raise ParameterError("", sentence, Hint(f"write {raw[2]:g} deg", fixed))
     return Pose2D(x, y, wrap_angle(heading))
 
 
-def _hint(raw: Any) -> str:
+def _hint(raw: Any) -> Hint:
     """How to write a pose that is written as a mapping or as text."""
     if isinstance(raw, Mapping) and {"x", "y"} <= raw.keys():
         heading = next((raw[name] for name in _HEADINGS if name in raw), None)
         values = [raw["x"], raw["y"], *([] if heading is None else [heading])]
-        return f"write [{', '.join(map(str, values))}]"
+        return write(f"[{', '.join(map(str, values))}]")
     if isinstance(raw, str) and raw.count(",") in (1, 2) and raw[:1].isdigit():
-        return f"write [{raw}]"
-    return ""
+        return write(f"[{raw}]")
+    return Hint()
 
 
 def read_path(raw: Any) -> Path:

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from math import isfinite, pi
 from typing import Any
 
-from stack.errors import ParameterError
+from stack.errors import Hint, ParameterError
+from stack.parameters.names import write
 
 EXACT = 2**53
 """Every whole number up to this one has an exact floating-point value."""
@@ -36,6 +37,7 @@ _ELSEWHERE = {
     **dict.fromkeys(("kmh", "kph", "km/hr"), "km/h"),
     **dict.fromkeys(("mps", "m/sec"), "m/s"),
     **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("percent", "pct"), "%"),
 }
 """Other spellings of units, in lower case -> the unit."""
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)?\s*")
@@ -72,28 +74,28 @@ def read_quantity(text: str, unit: str) -> float:
     match = _QUANTITY.fullmatch(text)
     if not match:
         example = _EXAMPLES.get(unit)
-        hint = f"write a number with a unit: {example}" if example else "write digits: 5"
+        hint = Hint(f"write a number with a unit: {example}" if example else "write digits: 5")
         raise ParameterError("", f"expected {_number_words(unit)}, got {text!r}", hint)
     number, written = _exact(match[1]), match[2]
     if written is None:
         value = number
     else:
         if written not in _UNITS:
-            hint = _units_hint(unit)
+            hint = _units_hint(unit, match[1])
             comma = re.fullmatch(r",(\d+)\s*(.*)", written)
             if comma:
-                hint = f"write a decimal point: {match[1]}.{comma[1]} {comma[2]}".rstrip()
+                point = f"{match[1]}.{comma[1]} {comma[2]}".rstrip()
+                hint = Hint(f"write a decimal point: {point}", point)
             clock = re.fullmatch(r":(\d\d)", written)
             if clock and unit == "s":
-                hint = f"write {int(60 * number + int(clock[1]))} s"
+                hint = write(f"{int(60 * number + int(clock[1]))} s")
             elif _ELSEWHERE.get(written.lower()):
-                hint = f"write {match[1]} {_ELSEWHERE[written.lower()]}"
+                hint = write(f"{match[1]} {_ELSEWHERE[written.lower()]}")
             raise ParameterError("", f"unknown unit {written!r} in {text!r}", hint)
         dimension, factor = _UNITS[written]
         if dimension != unit:
-            raise ParameterError(
-                "", f"{text!r} is in {written}, expected {_number_words(unit)}", _units_hint(unit)
-            )
+            sentence = f"{text!r} is in {written}, expected {_number_words(unit)}"
+            raise ParameterError("", sentence, _units_hint(unit, match[1], written))
         value = number * factor
     if not isfinite(value):
         raise ParameterError("", f"{text!r} is not a finite number")
@@ -131,9 +133,19 @@ def _number_words(unit: str) -> str:
     )
 
 
-def _units_hint(unit: str) -> str:
+def unit_elsewhere(word: str) -> str:
+    """Return the unit that another spelling means; "" if none."""
+    return _ELSEWHERE.get(word.lower(), "")
+
+
+def _units_hint(unit: str, number: str, written: str = "") -> Hint:
+    """Return the hint for a number with a wrong unit: the units, with the usual one at first."""
     units = [name for name, (dimension, _) in _UNITS.items() if dimension == unit]
-    return f"allowed units: {', '.join(units)}" if units else "no unit is allowed here"
+    if not units:
+        return Hint("no unit is allowed here", number)
+    usual = "min" if (unit, written) == ("s", "m") else _EXAMPLES.get(unit, units[0]).split()[-1]
+    fixed = f"{number} {usual}"
+    return Hint(f"allowed units: {', '.join(units)}; for example {fixed}", fixed)
 
 
 def shown(raw: Any) -> str:

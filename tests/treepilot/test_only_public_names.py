@@ -15,7 +15,11 @@ from tests.test_docs import PAGES, blocks_of
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = (ROOT / "missions" / "my_behaviours", ROOT / "tests" / "behaviours" / "sample_package")
-OTHERS = {"numpy", "pytest", "my_rover", *sys.stdlib_module_names}
+PUBLIC = {"treepilot", "treepilot.testing", "treepilot.drivers", "treepilot.gym"}
+OTHERS = {
+    "numpy", "pytest", "my_rover", "gymnasium", "stable_baselines3", "torch",
+    *sys.stdlib_module_names,
+}  # fmt: skip
 """Libraries of the examples; `my_rover` is the reader's own package."""
 
 
@@ -28,9 +32,7 @@ def imported_modules(text: str) -> set[str]:
 
 def internal_modules(text: str) -> set[str]:
     return {
-        name
-        for name in imported_modules(text) - {"treepilot", "treepilot.testing", "treepilot.drivers"}
-        if name.partition(".")[0] not in OTHERS
+        name for name in imported_modules(text) - PUBLIC if name.partition(".")[0] not in OTHERS
     }
 
 

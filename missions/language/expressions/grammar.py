@@ -26,8 +26,8 @@ from missions.language.expressions.terms import (
 )
 from missions.language.expressions.tokens import ExpressionError, Token, tokens
 from missions.language.expressions.value_types import BOOL, INT, SHARE, TEXT, ValueType
-from stack.errors import ParameterError
-from stack.parameters import read_quantity, suggestion, units
+from stack.errors import Hint, ParameterError
+from stack.parameters import read_quantity, suggestion, unit_elsewhere, units
 
 MAX_DEPTH = 40
 _POWER = {
@@ -49,11 +49,16 @@ def parse(source: str) -> Term:
     term = parser.expression(0)
     rest = parser.next
     if rest.kind != "end":
-        raise ExpressionError(rest.at, f"unexpected {rest.text!r}", _hint_before(rest))
+        hint = _hint_before(rest, parser.words[parser.position - 1])
+        raise ExpressionError(rest.at, f"unexpected {rest.text!r}", hint)
     return term
 
 
-def _hint_before(token: Token) -> str:
+def _hint_before(token: Token, last: Token) -> str:
+    """Return the hint for a token behind a complete expression."""
+    unit = unit_elsewhere(token.text)
+    if unit and last.kind == "number":
+        return Hint(f"write {last.text} {unit}", unit)
     if token.text == "in":
         return "compare with each: `$a == 'x' or $a == 'y'`"
     if token.text == "set":

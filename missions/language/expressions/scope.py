@@ -105,11 +105,15 @@ class Scope:
         """Return a hint for an unknown `$name`, with names as they are written: `$dock`."""
         if name in ("time", "battery", "robot", "localisation", "pose", "error", "attempt"):
             return f"values of the robot have no $: write `{name}`"
-        names = sorted(set(self.names()))
-        close = nearest(name, names)
-        if close is not None:
-            return did_you_mean(f"${close}")
+        close, names = self.likely(name), sorted(set(self.names()))
+        if close:
+            return close
         return f"available: {', '.join(f'${known}' for known in names)}" if names else ""
+
+    def likely(self, name: str) -> str:
+        """Return the hint with the most similar name; "" if none is similar."""
+        close = nearest(name, sorted(set(self.names())))
+        return "" if close is None else did_you_mean(f"${close}")
 
     def symbols(self) -> Iterator[Symbol]:
         """Yield every symbol, innermost layer first; hidden ones are included."""

@@ -14,7 +14,8 @@ from missions.language.expressions.scope import NotSet, Scope, Symbol
 from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.units import product, quotient
 from missions.language.expressions.value_types import ANYTHING, BOOL, INT, POSE, TEXT, ValueType
-from stack.parameters import nearest, suggestion
+from stack.errors import Hint
+from stack.parameters import nearest, suggestion, write
 from stack.types import FailureCode
 
 Evaluate = Callable[[], Any]
@@ -185,7 +186,7 @@ class Named(ShownTerm):
 
     def _hint(self, check: Check) -> str:
         if check.scope.lookup(self.name):
-            return f"write ${self.name}"
+            return write(f"${self.name}")
         if self.name.isupper():
             return suggestion(self.name, FailureCode.__members__) + "; write other codes in quotes"
         if self.name == DISTANCE:
@@ -255,7 +256,8 @@ class Field(ShownTerm):
             if check.scope.lookup(target.name) is None:
                 name = f"{target.name}.{self.name}"
                 sentence = f"${name} is not a key: {name} is a value of the robot"
-                return check.problem("E140", target.at, sentence, f"write `{name}` without $")
+                hint = Hint(f"write `{name}` without $", name)
+                return check.problem("E140", target.at, sentence, hint)
         found = target.check(check)
         if self.name not in POSE_FIELDS or not POSE.accepts(found):
             return check.problem(

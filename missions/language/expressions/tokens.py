@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from stack.errors import Hint
 from stack.parameters import units
 
 MAX_LENGTH = 500
@@ -54,7 +55,8 @@ _PATTERN = re.compile(
     re.VERBOSE,
 )
 _HINTS = {
-    "=": "compare with ==", "&": "write `and`", "|": "write `or`", "!": "write `not`",
+    "=": Hint("compare with ==", "=="), "&": Hint("write `and`", "and"),
+    "|": Hint("write `or`", "or"), "!": Hint("write `not`", "not "),
     "$": "write a name directly after the $", "'": "the closing quote is missing",
     '"': "the closing quote is missing",
 }  # fmt: skip

@@ -148,3 +148,10 @@ def type_of_annotation(kind: Any, unit: str = "") -> ValueType:
 def type_of(declared: Declaration) -> ValueType:
     """Return the type of a declared port."""
     return type_of_annotation(declared.type, declared.unit)
+
+
+def type_word(found: ValueType) -> str:
+    """Return the word with which files declare a type: `duration`, `list of Pose`."""
+    if found.item is not None:
+        return f"list of {type_word(found.item)}"
+    return next((word for word, known in NAMED.items() if known == found), "float")

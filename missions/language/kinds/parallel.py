@@ -11,6 +11,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
 from missions.language.expressions.expression import NameContext
+from missions.language.foreign_words import CHILDREN_WORDS
 from missions.language.keys import Form, Key, section
 from missions.language.kinds.composite import CompositeStep
 from missions.language.kinds.kind import NodeKind, NodeReading, Outline, Shape, Written
@@ -21,7 +22,7 @@ from missions.trees.context import Execution, halt
 from missions.trees.node import InnerNode, Node
 from missions.trees.slots import Frame
 from stack.documents import Node as YamlNode
-from stack.parameters import Declaration
+from stack.parameters import Declaration, did_you_mean
 from stack.types import Failure, FailureCode
 
 SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
@@ -31,6 +32,11 @@ KEYS = section(
         Form.VALUE, declared=SUCCEED_ON, words=SUCCEED_WORDS),
     Key("do", "the children", Form.NODES, required=True),
 )  # fmt: skip
+_HINTS = {
+    **dict.fromkeys((word for word in CHILDREN_WORDS if word not in KEYS), did_you_mean("do")),
+    **dict.fromkeys(("success_threshold", "success_count", "policy"), did_you_mean("succeed_on")),
+}
+"""Keys elsewhere -> what is meant."""
 _RUNNING, _SUCCESS, _FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
@@ -147,12 +153,14 @@ class ParallelStep(CompositeStep):
         return Parallel(self.name or self.kind, children, builder.execution, self.needed)
 
 
-def _read(reader: NodeReading, written: Written, context: NameContext) -> Step:
+def _read(reader: NodeReading, written: Written, context: NameContext) -> Step | None:
     head, body = written.head, written.body
     given, succeed_on = body, None
     if body is not None and body.is_mapping:
-        reader.values.keys(body, "parallel", KEYS, "E130", context)
+        meant = reader.values.keys(body, "parallel", KEYS, "E130", context, _HINTS)
         given, succeed_on = body.get("do"), body.get("succeed_on")
+        if given is None and "do" in meant:
+            return None
     nodes = reader.children(given, head, context, Order.TOGETHER)
     return ParallelStep(*head, nodes, _needed(reader, succeed_on, len(nodes), context))
 

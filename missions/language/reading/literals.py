@@ -67,13 +67,15 @@ def _refuse_degrees(declared: Declaration, node: Node) -> None:
         is_bare = isinstance(angle, int | float) and not isinstance(angle, bool)
         if is_bare and abs(angle) > 2.0 * pi + 1e-9:
             sentence = f"an angle of {angle:g} rad is more than a full turn"
-            raise ParameterError(declared.name, sentence, f"write {angle:g} deg, or {angle:g} rad")
+            hint = f"write {angle:g} deg, or {angle:g} rad"
+            fixed = "" if node.items else f"{angle:g} deg"
+            raise ParameterError(declared.name, sentence, Hint(hint, fixed))
 
 
 def _reference_hint(node: Node, context: NameContext) -> str:
     """Return a hint if a value contains a name without its `$`."""
     words = IDENTIFIER.findall(node.value) if isinstance(node.value, str) else []
     known = next((word for word in words if context.scope.lookup(word)), "")
-    if known and known == node.value:
-        return write_name(known)
+    if known and re.fullmatch(rf"[^\w\s]*\s*{known}\s*[^\w\s]*", str(node.value)):
+        return write_name(known)  # also `{{ name }}` and `<name>`, and a `$name` in quotes
     return f"write ${known}" if known else ""

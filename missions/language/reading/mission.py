@@ -21,6 +21,7 @@ from missions.language.analysis.time_limits import TimeLimitCheck
 from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
+from missions.language.foreign_words import MISSION_WORDS
 from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Mission, Resources
 from missions.language.reading.cases import CaseReader, MissionNames
@@ -71,9 +72,9 @@ def read_mission(
         FaultyMissionError: with all errors found.
         InputError: likewise, if there is no `run` that could be read.
     """
-    keys = (*MISSION, *RESERVED)
+    keys = {**{word: word for word in (*MISSION, *RESERVED)}, **MISSION_WORDS}
     draft = draft or Draft()
-    document = read_document(path, "mission", draft.text, keys)
+    document = read_document(path, "mission", draft.text, (*MISSION, *RESERVED))
     top = Section(document, Findings(), "the mission", "E101", keys)
     draft.words.top(document, "mission", MISSION)
     reading = _Reading(top, path, resources or Resources(), draft.words)

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from behaviours.catalogue import Catalogue
 from behaviours.kind import BehaviourKind
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol
+from missions.language.foreign_words import (
+    CHILDREN_WORDS,
+    TYPE_WORDS,
+    modifier_hint,
+    node_meaning,
+    plain,
+)
 from missions.language.foreign_words import MODIFIERS as WORDS
-from missions.language.foreign_words import modifier_hint, node_meaning, plain
 from missions.language.keys import MODIFIERS
 from missions.language.kinds import NODES, node_types
 from missions.language.kinds.kind import Written
@@ -74,6 +80,8 @@ class NodeReader:
     def _head(self, node: Node, context: NameContext) -> tuple[Node, Node] | None:
         """Return the entry with the node's type; report keys that are neither type nor modifier."""
         types = [entry for entry in node.entries if str(entry[0].value) not in MODIFIERS]
+        if self._type_is_a_value(types):
+            return None
         if not types:
             names = ", ".join(str(key.value) for key, _ in node.entries)
             sentence = f"the node has no type; its keys are modifiers: {names}"
@@ -95,11 +103,21 @@ class NodeReader:
             self.values.words.add(key, WordRole.MODIFIER, context.scope, str(head[0].value))
             if str(key.value) in self.known:
                 sentence = f"a node has one type, got {head[0].value!r} and {key.value!r}"
-                hint = "write each as a list item, with `- ` in front"
+                hint = "write them below `sequence:`, each with `- ` in front"
                 self.findings.add("E120", key.mark, sentence, hint)
             elif known or plain(str(head[0].value)) not in WORDS:  # `then` of an `if` is no mistake
                 self._unknown_modifier(head[0], key)
         return head
+
+    def _type_is_a_value(self, entries: Sequence[tuple[Node, Node]]) -> bool:
+        """Report `{type: wait, time: 3 s}`; return whether a node is written like this."""
+        for key, value in entries:
+            if str(key.value) in TYPE_WORDS and str(value.value) in self.known:
+                sentence = f"the type of a node is its key, not the value of {key.value!r}"
+                hint = f"write `{value.value}: {{…}}` instead, with its ports in it"
+                self.findings.add("E120", key.mark, sentence, hint)
+                return True
+        return False
 
     def _unknown_modifier(self, head: Node, key: Node) -> None:
         word = str(key.value)
@@ -170,10 +188,7 @@ class NodeReader:
             if node is not None and node.is_sequence:
                 got = "an empty list"
             place = node.mark if node is not None and node.value is not None else head.mark
-            is_mapping = node is not None and node.is_mapping
-            hint = (
-                "write `- ` in front of each node" if is_mapping else f"write {kind}: [NODE, NODE]"
-            )
+            hint = _hint_of_children(kind, node)
             self.findings.add("E124", place, f"{kind} needs a list of nodes, got {got}", hint)
             if node is not None and node.value is not None and not node.is_sequence:
                 self.skim(node, context)
@@ -221,3 +236,13 @@ class NodeReader:
             code = "W115" if self.has_other_plugins else "E121"
             self.findings.add(code, head.mark, self.catalogue.why_not(word))
         return found
+
+
+def _hint_of_children(kind: str, node: Node | None) -> str:
+    """Return the hint for a composite whose value is no list of nodes."""
+    if node is None or not node.is_mapping:
+        return f"write {kind}: [NODE, NODE]"
+    (word, inner), *others = node.entries or ((node, node),)
+    if inner.is_sequence and not others and str(word.value) in CHILDREN_WORDS:
+        return f"leave out `{word.value}:`: the list stands directly below `{kind}:`"
+    return "write `- ` in front of each node"

@@ -21,7 +21,7 @@ from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
 from missions.language.values import Value
 from stack.documents import Mark, Node
-from stack.parameters import Declaration, did_you_mean, suggestion
+from stack.parameters import Declaration, did_you_mean, suggestion, superfluous
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ class PortReader:
         """Report an unknown port; return the port that is meant, "" if it is not clear."""
         word = str(key.value)
         meant = meant_port(word, ports)
-        hint: str = did_you_mean(meant) if meant else suggestion(word, ports)
+        hint: str = did_you_mean(meant) if meant else superfluous(word, ports)
         if word in MODIFIERS and word not in ("name", "do", "out"):
             meant, hint = "", f"{word} is a modifier: write it beside `{owner.name}:`"
         elif owner.is_tree and not ports:

@@ -30,6 +30,7 @@ from missions.language.expressions.value_types import (
     TEXT,
     ValueType,
     type_of,
+    type_word,
 )
 from missions.language.keys import Keys
 from missions.language.reading.commas import report_cut_expression
@@ -57,7 +58,7 @@ from missions.language.values import (
 )
 from stack.documents import Findings, Mark, Node
 from stack.errors import EvaluationError, Hint, ParameterError
-from stack.parameters import Declaration, suggestion
+from stack.parameters import Declaration, superfluous
 
 _ASSIGNMENT = re.compile(r"\$?(\w+)\s*:?=\s*(.+)")
 
@@ -89,7 +90,7 @@ class ValueReader:
         for key, _ in node.entries:
             word = str(key.value)
             if word not in keys:
-                hint = (hints or {}).get(word) or suggestion(word, keys)
+                hint = (hints or {}).get(word) or superfluous(word, keys)
                 self.findings.add(code, key.mark, f"{section} has no key {key.value!r}", hint)
                 meant.add(hint.fix)
         return meant
@@ -248,6 +249,11 @@ class ValueReader:
             self.findings.add(
                 "E135", node.mark, f"the target of an output is a $key, got {node.words()}", hint
             )
+            return None
+        if context.scope.complete and context.scope.lookup(name) is None:
+            declared = f"blackboard: {{{name}: {{type: {type_word(found)}, optional: true}}}}"
+            hint = context.scope.likely(name) or f"declare it at the top: {declared}"
+            self.findings.add("E140", node.mark, f"there is no ${name}", hint)
             return None
         symbol = self.writable(name, node.mark, context)
         if symbol and not symbol.type.accepts(found):

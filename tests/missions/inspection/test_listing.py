@@ -74,7 +74,13 @@ def test_everything_with_a_name_is_described(mission):
 def test_for_a_kind_of_component_its_components_are_listed(name):
     lines = description_of(name, installed()).splitlines()
     assert lines[0] == "controllers:"
-    assert [line.split()[0] for line in lines[1:-1]] == ["pure_pursuit", "mppi", "dwb", "graceful"]
+    assert [line.split()[0] for line in lines[1:-1]] == [
+        "pure_pursuit",
+        "mppi",
+        "dwb",
+        "graceful",
+        "onnx_policy",
+    ]
     assert lines[-1] == "parameters of one: treepilot describe NAME"
 
 

@@ -10,7 +10,7 @@ import pytest
 import missions
 from missions.execution.prepare import diagnose
 from stack.control.policy.network import PolicyNetwork
-from tests.missions.learning.conftest import FOLLOWER, follower, save_affine
+from tests.missions.learning.policies import FOLLOWER, follower, save_affine
 from treepilot.gym import MissionEnv
 
 

@@ -1,0 +1,1 @@
+"""Drafts of missions by programs: the language as a prompt, and the fixes of findings."""
