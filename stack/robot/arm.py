@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
 from stack.robot.task import Task
-from stack.types import Block, FloatArray, GraspPlan, GripperState, JointState, JointTrajectory
+from stack.types import (
+    Block,
+    FloatArray,
+    GraspPlan,
+    GripperState,
+    JointState,
+    JointTrajectory,
+    PlacePlan,
+)
 
 
 class GraspTask(Task, Protocol):
@@ -15,6 +23,14 @@ class GraspTask(Task, Protocol):
     @property
     def grasps(self) -> tuple[GraspPlan, ...]:
         """The grasps, the best first; none before the end."""
+
+
+class PlaceTask(Task, Protocol):
+    """A search for a place for the block in the hand."""
+
+    @property
+    def place(self) -> PlacePlan | None:
+        """The first one to which all motions are free; None before the end, and without one."""
 
 
 class Arm(Protocol):
@@ -116,6 +132,17 @@ class Arm(Protocol):
 
     def plan_grasps(self, block: Block) -> GraspTask:
         """Look for grasps of a block; fails with NO_MOTION_PLAN if there is none."""
+
+    def plan_place(self, tools: Sequence[FloatArray], *, above: float, width: float) -> PlaceTask:
+        """Look for a place where the block in the hand can be put down, and for the way above it.
+
+        It fails with NO_MOTION_PLAN if there is none.
+
+        Args:
+            tools: poses (4, 4) where the fingers may open, the best first.
+            above: metres over it from which the block is lowered in a straight line.
+            width: between the open fingers, metres.
+        """
 
     def follow(self, trajectory: JointTrajectory) -> Task:
         """Move along a trajectory that begins where the arm is and ends at rest.

@@ -18,7 +18,7 @@ from behaviours.manipulation.home_arm import HomeArm
 from behaviours.manipulation.move_arm import MoveArm
 from behaviours.manipulation.open_gripper import OpenGripper
 from behaviours.manipulation.pick import ELSEWHERE, LOOK, Pick
-from behaviours.manipulation.place import Place
+from behaviours.manipulation.place import PLACES, Place
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.errors import ParameterError
 from stack.geometry.rotations import from_angles
@@ -304,8 +304,8 @@ class TestPick:
         assert robot.arm.held is None
 
 
-PLACED = ["move_tool", "move_tool", "move", "move_tool"]
-"""Steps of a place: above, down, open, up."""
+PLACED = ["plan_place", "follow", "move_tool", "move", "move_tool"]
+"""Steps of a place: look for one, above, down, open, up."""
 
 
 class TestPlace:
@@ -314,12 +314,13 @@ class TestPlace:
         fingers(robot, 0.05, 30.0)
         assert answer(Place(on="the tray"), robot) is Status.SUCCESS
         assert names(robot) == PLACED
-        above, down, up = (given for name, given in robot.calls if name == "move_tool")
+        down, up = (given for name, given in robot.calls if name == "move_tool")
         # The tool is 5 mm below the middle of the block; tray 2 cm, half a block, 4 mm of drop.
         assert down["pose"][:3, 3] == pytest.approx([0.55, 0.40, 0.02 + 0.025 + 0.004 - 0.005])
-        assert above["pose"][2, 3] - down["pose"][2, 3] == pytest.approx(0.1)
-        assert (above["straight"], down["straight"], up["straight"]) == (False, True, True)
-        assert robot.calls[2][1]["width"] == pytest.approx(0.066)  # 8 mm more on each side
+        assert up["pose"][2, 3] - down["pose"][2, 3] == pytest.approx(0.1)
+        assert down["straight"] and up["straight"]
+        wide = [robot.calls[step][1]["width"] for step in (0, 2, 3)]
+        assert wide == pytest.approx([0.066] * 3)  # 8 mm more on each side
         assert robot.arm.held is None
 
     def test_on_a_block(self, robot):
@@ -327,44 +328,47 @@ class TestPlace:
         robot.arm.held = block(0.5, -0.1, 0.025)
         fingers(robot, 0.05, 30.0)
         assert answer(Place(block="green"), robot) is Status.SUCCESS
-        down = robot.calls[1][1]["pose"]
+        down = robot.calls[2][1]["pose"]
         assert down[:3, 3] == pytest.approx([0.6, 0.1, 0.05 + 0.025 + 0.004 - 0.005])
 
-    def test_other_turns_are_tried(self, robot):
+    def test_the_first_free_place_is_taken_and_other_turns_are_among_them(self, robot):
         robot.arm.held = block(0.5, -0.1)
         fingers(robot, 0.05, 30.0)
-        behaviour = Place(on="the tray")
-        tick(behaviour, robot)
-        robot.task.fail(FailureCode.UNREACHABLE, "out of reach")
-        assert answer(behaviour, robot) is Status.SUCCESS
-        first, second = (given["pose"] for _, given in robot.calls[:2])
+        robot.arm.free_place = 1
+        assert answer(Place(on="the tray"), robot) is Status.SUCCESS
+        first, second, *_ = robot.calls[0][1]["tools"]
         assert second[:3, :3] == pytest.approx(
             from_angles((0, 0, 0), (0, 0, pi / 2))[:3, :3] @ first[:3, :3], abs=1e-12
         )
+        assert robot.calls[2][1]["pose"] is second and robot.arm.held is None
 
-    def test_a_place_without_room_to_open_the_fingers_is_replaced(self, robot):
+    def test_no_place_to_which_the_arm_comes(self, robot):
         robot.arm.held = block(0.5, -0.1)
         fingers(robot, 0.05, 30.0)
+        robot.arm.free_place = PLACES
+        behaviour = Place(on="the tray")
+        assert answer(behaviour, robot) is Status.FAILURE
+        assert behaviour.failure.code == FailureCode.NO_MOTION_PLAN
+        assert names(robot) == ["plan_place"] and robot.arm.held is not None
+
+    @pytest.mark.parametrize("steps", [1, 2])
+    def test_a_block_that_is_lost_on_the_way(self, robot, steps):
+        """After so many steps of a place: before it looks for one, and above it."""
+        robot.arm.held = block(0.5, -0.1)
+        fingers(robot, 0.05, 30.0 if steps > 1 else 0.0)
         behaviour = Place(on="the tray")
         tick(behaviour, robot)
-        robot.task.succeed()  # above
-        tick(behaviour, robot)
-        name, given = robot.calls[-1]
-        assert (name, given["straight"]) == ("move_tool", True)
-        assert given["width"] == pytest.approx(0.066)
-        robot.task.fail(FailureCode.NO_MOTION_PLAN, "panda_leftfinger touches red block")
-        assert answer(behaviour, robot) is Status.SUCCESS
-        assert names(robot) == ["move_tool", "move_tool", *PLACED] and robot.arm.held is None
+        fingers(robot, 0.0, 40.0)
+        if steps > 1:
+            robot.task.succeed()
+            tick(behaviour, robot)
+        assert behaviour.failure.code == FailureCode.SLIPPED
+        assert robot.arm.held is None
 
-    def test_an_empty_hand_and_a_lost_block(self, robot):
+    def test_an_empty_hand(self, robot):
         behaviour = Place(on="the tray")
         assert tick(behaviour, robot) is Status.FAILURE
         assert behaviour.failure.code == FailureCode.MISSED
-        robot.arm.held = block(0.5, -0.1)
-        fingers(robot, 0.0, 40.0)
-        assert answer(behaviour, robot) is Status.FAILURE
-        assert behaviour.failure.code == FailureCode.SLIPPED
-        assert robot.arm.held is None
 
     def test_a_block_to_put_it_on_that_was_not_detected(self, robot):
         robot.arm.held = block(0.5, -0.1)

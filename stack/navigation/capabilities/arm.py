@@ -5,7 +5,7 @@ A newer motion of the arm cancels the older one; the gripper moves by itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
@@ -23,7 +23,7 @@ from stack.manipulation.scene import Scene
 from stack.navigation.capabilities.gripper import GRIPPER, PATIENCE
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.capabilities.trajectory_check import ARRIVED, check_trajectory
-from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
+from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_place, to_pose
 from stack.navigation.plans.deferred import Deferred
 from stack.navigation.tasks import MotionTask
 from stack.parameters import suggestion
@@ -39,6 +39,7 @@ from stack.types import (
     JointState,
     JointTrajectory,
     Perceived,
+    PlacePlan,
 )
 
 JOINTS = "joints"
@@ -65,6 +66,12 @@ class PlannedGrasps(MotionTask):
     """A search for grasps."""
 
     grasps: tuple[GraspPlan, ...] = ()
+
+
+class PlannedPlace(MotionTask):
+    """A search for a place."""
+
+    place: PlacePlan | None = None
 
 
 class StackArm(Arm):
@@ -217,6 +224,18 @@ class StackArm(Arm):
             task.succeed(f"{len(found)} grasps")
 
         self._plan(task, partial(to_grasp, block=self._name_of(block)), keep)
+        return task
+
+    def plan_place(
+        self, tools: Sequence[FloatArray], *, above: float, width: float
+    ) -> PlannedPlace:
+        task = PlannedPlace("look for a place", self._ended)
+
+        def keep(found: PlacePlan) -> None:
+            task.place = found
+            task.succeed("a place")
+
+        self._plan(task, partial(to_place, tools=tuple(tools), above=above, width=width), keep)
         return task
 
     def cancel(self, why: str = "cancelled") -> None:

@@ -14,11 +14,12 @@ from stack.drivetrain.description import RobotDescription
 from stack.manipulation.collisions import Collisions
 from stack.manipulation.grasps import SUPPORT, grasps
 from stack.manipulation.model import ArmModel
+from stack.manipulation.places import place
 from stack.manipulation.planner import ArmPlanner
 from stack.manipulation.scene import Scene
 from stack.navigation.plans.deferred import Deferred, DeferringWorker
 from stack.streams import stream
-from stack.types import FloatArray, GraspPlan, JointTrajectory
+from stack.types import FloatArray, GraspPlan, JointTrajectory, PlacePlan
 
 T = TypeVar("T")
 
@@ -129,6 +130,15 @@ def to_grasp(planner: ArmPlanner, given: PlanInput, *, block: str) -> tuple[Gras
         GraspPlan(one.name, one.pre_grasp, one.tool, forward(one.lift[-1]), one.width, one.opening)
         for one in found
     )
+
+
+def to_place(
+    planner: ArmPlanner, given: PlanInput, *, tools: tuple[FloatArray, ...], above: float,
+    width: float,
+) -> PlacePlan:  # fmt: skip
+    """Return the first of some poses of the tool (4, 4) where the held block can be put down."""
+    scene = _leaving(planner, given)
+    return place(planner, tools, above, width, scene, given.start, given.generator)
 
 
 def _leaving(planner: ArmPlanner, given: PlanInput) -> Scene:
