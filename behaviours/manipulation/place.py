@@ -9,7 +9,7 @@ import numpy as np
 from py_trees.common import Status
 
 from behaviours._arm.acting import MOTION_FAILURES, ArmBehaviour
-from behaviours._arm.blocks import ABOVE, DROP, TURNS, free_places, on_top, standing
+from behaviours._arm.blocks import ABOVE, DROP, TURNS, free_places, on_top, standing, where
 from behaviours._arm.poses import ToolPose
 from behaviours._motion.driving import Steps
 from behaviours.base import port
@@ -45,7 +45,7 @@ class Place(ArmBehaviour):
     one_port_of = ("on", "block", "pose")
     box_ports = ("on",)
     fails_with = (
-        *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
+        *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED,
     )  # fmt: skip
 
     def initialise(self) -> None:
@@ -80,7 +80,7 @@ class Place(ArmBehaviour):
         if not (yield from self.done(search, f"looking for a place for the {held.colour} block")):
             return False
         assert search.place is not None, "the search has succeeded"
-        if not (yield from self.done(arm.follow(search.place.way), "moving above")):
+        if not (yield from self.done(arm.follow(search.place.way, fixed=False), "moving above")):
             return False
         if not self.holds_something:
             return self._lost(held)
@@ -89,13 +89,28 @@ class Place(ArmBehaviour):
             return False
         if not (yield from self.open(width)):
             return False
+        self._tell(held, tool)
         arm.release()
         left = tuple(arm.blocks.values())  # the fingers may still touch what they have left
         return (yield from self.line(_above(tool), "moving up", left))
 
+    def _tell(self, held: Block, tool: FloatArray) -> None:
+        """Tell where the block is, and how far the tool (4, 4) is from where it should open."""
+        arm = self.robot.arm
+        block, measured = arm.held, arm.tool_pose
+        if block is None or measured is None:
+            return
+        off = float(np.linalg.norm((measured - tool)[:3, 3]))
+        goal = self.on or (f"the {self.block} block" if self.block else "")
+        text = f"placed the {held.colour} block {f'on {goal} ' if goal else ''}at "
+        text += f"{where(block.pose)} ({1e3 * off:.1f} mm off)"
+        arm.tell("placed", text, colour=held.colour, off=round(off, 5))
+
     def _lost(self, held: Block) -> bool:
+        sentence = f"the {held.colour} block was lost on the way"
         self.robot.arm.release(lost=True)
-        self.fail(FailureCode.SLIPPED, f"the {held.colour} block was lost on the way")
+        self.robot.arm.tell("lost", sentence, colour=held.colour)
+        self.fail(FailureCode.SLIPPED, sentence)
         return False
 
     def _tools(self, held: Block) -> Iterator[FloatArray]:

@@ -59,6 +59,7 @@ class ScriptedArm:
         grasps: what a search for grasps finds at once; without any it fails.
         free_place: number of the pose that a search for a place finds at once; beyond the last
             one it fails.
+        told: what the operator was told.
         task: of the newest motion; a newer one cancels it.
     """
 
@@ -72,6 +73,7 @@ class ScriptedArm:
     boxes: dict[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
     grasps: tuple[GraspPlan, ...] = ()
     free_place: int = 0
+    told: list[str] = field(default_factory=list)
     task: ScriptedTask = field(default_factory=ScriptedTask)
 
     def box(self, name: str) -> tuple[FloatArray, FloatArray]:
@@ -100,9 +102,13 @@ class ScriptedArm:
         """Hold nothing."""
         self.held = None
 
-    def follow(self, trajectory: JointTrajectory) -> ScriptedTask:
+    def tell(self, did: str, text: str, **fields: float | str) -> None:
+        """Keep the text."""
+        self.told.append(text)
+
+    def follow(self, trajectory: JointTrajectory, *, fixed: bool = True) -> ScriptedTask:
         """Record the call."""
-        return self._move("follow", trajectory=trajectory)
+        return self._move("follow", trajectory=trajectory, fixed=fixed)
 
     def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> ScriptedTask:
         """Record the call."""

@@ -98,6 +98,15 @@ class Arm(Protocol):
     def release(self, *, lost: bool = False) -> None:
         """The hand holds nothing any more: its block stands where the tool is, or is lost."""
 
+    def tell(self, did: str, text: str, **fields: float | str) -> None:
+        """Show the operator what the arm has done; recorded in the event log.
+
+        Args:
+            did: a word: found, picks, picked, placed or lost.
+            text: a sentence.
+            fields: numbers of it.
+        """
+
     def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> Task:
         """Move the joints to positions.
 
@@ -144,8 +153,13 @@ class Arm(Protocol):
             width: between the open fingers, metres.
         """
 
-    def follow(self, trajectory: JointTrajectory) -> Task:
+    def follow(self, trajectory: JointTrajectory, *, fixed: bool = True) -> Task:
         """Move along a trajectory that begins where the arm is and ends at rest.
+
+        Args:
+            trajectory: the way.
+            fixed: whether this way is meant; else another one to its end is planned if something
+                stays in it.
 
         Raises:
             ParameterError: it begins elsewhere, goes beyond the limits of a joint or its speed,

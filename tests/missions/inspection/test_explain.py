@@ -8,6 +8,7 @@ import pytest
 from missions.inspection.explain import every_code, explanation
 from missions.language.codes import CODES
 from stack.errors import InputError
+from stack.types import FailureCode
 from tests.missions.mission_fakes import read_text
 
 ROOT = Path(__file__).parents[3]
@@ -33,6 +34,19 @@ def test_an_explanation_has_cause_example_and_fix():
     ]
     assert explanation("W107").startswith("W107 (warning): ")
     assert explanation("W208").startswith("W208 (warning): ")  # as `check` reports it
+
+
+def test_the_code_of_a_failure_is_explained_with_the_behaviours_that_have_it():
+    assert explanation("missed").splitlines() == [
+        "MISSED (failure)",
+        "",
+        "cause    the fingers have closed on nothing, or the hand holds no block",
+        "fix      detect the blocks again",
+        "from     close_gripper, pick, place",
+    ]
+    for code in FailureCode:
+        assert explanation(code).startswith(f"{code} (failure)\n\ncause    ")
+        assert code.meaning and code.remedy and FailureCode(str(code)) is code
 
 
 def test_an_unknown_code_names_the_nearest():
