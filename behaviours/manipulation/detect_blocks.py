@@ -27,7 +27,7 @@ class DetectBlocks(RobotBehaviour):
     colours: list[str] = output("of these blocks, the nearest to the arm first")
 
     needs = ("arm", "camera", "depth_camera")
-    takes_time = True
+    takes_time = finds_blocks = True
     box_ports = ("on", "spare")
     fails_with = (FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)
 

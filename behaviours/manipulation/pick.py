@@ -48,7 +48,7 @@ class Pick(ArmBehaviour):
     width: float = output("of the block between the fingers", unit="m")
 
     claims = ("arm", "gripper")
-    box_ports = ("spare",)
+    box_ports, block_port = ("spare",), "at"
     fails_with = (
         *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED,
     )  # fmt: skip

@@ -26,7 +26,7 @@ class FailureCode(StrEnum):
     meaning: str
     remedy: str
 
-    def __new__(cls, code: str, meaning: str, remedy: str) -> FailureCode:
+    def __new__(cls, code: str, meaning: str = "", remedy: str = "") -> FailureCode:
         """Make a member whose value is its code."""
         member = str.__new__(cls, code)
         member._value_, member.meaning, member.remedy = code, meaning, remedy

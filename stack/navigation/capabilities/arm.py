@@ -81,7 +81,7 @@ class StackArm(Arm):
         grasps: the last ones that were found, until a block is held.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it is connected with
         self, robot: RobotDescription, now: CurrentStep, timers: Timers, plans: ArmPlans,
         around: Surroundings, lease: CameraLease, emit: Emit,
     ) -> None:  # fmt: skip

@@ -52,6 +52,7 @@ class _Planning:
     task: MotionTask
     job: Job[Any]
     use: Use
+    wanted_at: float
     answer: Deferred[Any] | None = None
     obstacle: str = ""
     again_at: float = -np.inf
@@ -79,7 +80,7 @@ class ArmMotion:
         scene: returns what surrounds the arm now.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it is connected with
         self, arm: ArmDescription, now: CurrentStep, timers: Timers, plans: ArmPlans,
         watch: MotionWatch, scene: Callable[[Perceived], Scene],
     ) -> None:  # fmt: skip
@@ -121,8 +122,9 @@ class ArmMotion:
     def plan(self, task: MotionTask, job: Job[Any], use: Use | None = None) -> None:
         """Plan once the arm stands, and use the result; by default, move along it."""
         self.cancel("a newer motion of the arm")
-        self._planning = _Planning(task, job, use or partial(self._begin, task, job))
-        self._rest.start(self._now.perceived.time)
+        now = self._now.perceived.time
+        self._planning = _Planning(task, job, use or partial(self._begin, task, job), now)
+        self._rest.start(now)
         self._obstructed.reset()
         task.report("planning", 0.0)
 
@@ -184,7 +186,7 @@ class ArmMotion:
             return
         if planning.answer is None:
             joints = perceived.newest(JOINTS, JointState)
-            ready = self._watch.is_ready(now)
+            ready = self._watch.is_ready(now, planning.wanted_at)
             if joints is None:
                 self._keep_waiting(planning.task, "the joints are not measured", now)
             elif not joints.stands:
@@ -265,7 +267,7 @@ class ArmMotion:
             motion.task.fail(FailureCode.ARM_COLLISION, sentence)
         elif stood > OTHER_WAY and self._planning is None and motion.job is not None:
             again = partial(self._begin, motion.task, motion.job)
-            self._planning = _Planning(motion.task, motion.job, again)
+            self._planning = _Planning(motion.task, motion.job, again, now)
             self._rest.start(now)
 
     def _go_on(self, motion: _Motion, now: float) -> None:

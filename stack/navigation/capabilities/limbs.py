@@ -58,7 +58,7 @@ class ArmStage(DriveInterlock):
         gripper: None without one.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it is connected with
         self, robot: RobotDescription, now: CurrentStep, plans: ArmPlans,
         around: Surroundings, lease: CameraLease, emit: Emit,
     ) -> None:  # fmt: skip

@@ -65,7 +65,6 @@ class MotionWatch:
         self._joints: deque[JointState] = deque()
         self._pictures: dict[str, ArmPicture] = {}
         self._seen: dict[str, float] = {}
-        self._asked_at: float | None = None
         self._answer: Deferred[str] | None = None
         self._trajectory: JointTrajectory | None = None
         self._row, self._known, self._free = 0, -np.inf, 0
@@ -92,21 +91,23 @@ class MotionWatch:
                 positions = self._positions(image.stamp)
                 self._pictures[name] = ArmPicture(image, *self._places(), positions, width)
 
-    def is_ready(self, now: float) -> bool:
-        """Keep the cameras on; return whether a plan can begin: with fresh pictures, or without."""
+    def is_ready(self, now: float, since: float) -> bool:
+        """Keep the cameras on; return whether a plan can begin: with fresh pictures, or without.
+
+        Args:
+            now: seconds.
+            since: when the plan was first wanted.
+        """
         if not self._cameras:
             return True
         self._lease.renew(now)
-        if self._asked_at is None:
-            self._asked_at = now
         stamps = [self._seen.get(name, -np.inf) for name in self._cameras]
-        return min(stamps) > now - FRESH or now - self._asked_at >= FRESH
+        return min(stamps) > now - FRESH or now - since >= FRESH
 
     def take(self) -> tuple[ArmPicture, ...]:
         """Return the pictures that no plan has had yet."""
         taken = tuple(self._pictures.values())
         self._pictures.clear()
-        self._asked_at = None
         return taken
 
     def begin(self, trajectory: JointTrajectory, known: float) -> None:

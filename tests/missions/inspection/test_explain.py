@@ -57,7 +57,7 @@ def test_an_unknown_code_names_the_nearest():
 OUTSIDE = {
     "E109", "E110", "E111", "E114", "E116", "E126", "E127", "E180", "E181", "E182", "E183", "E184",
     "W110", "W111", "W112", "W113", "W114", "W140", "W141", "W142", "W143", "W144", "W145", "W146",
-    "W115", "W147", "W148", "W149", "W150", "W151",
+    "W115", "W147", "W148", "W149", "W150", "W151", "W152",
 }  # fmt: skip
 """Codes that need options, other files, a world, a robot or an installation to provoke."""
 NEEDS = {
