@@ -68,6 +68,7 @@ class ScriptedArm:
     postures: Mapping[str, FloatArray] = field(default_factory=lambda: {"home": _zeros()})
     joints: JointState | None = field(default_factory=_at_rest)
     tool_pose: FloatArray | None = field(default_factory=lambda: np.eye(4))
+    camera_in_tool: FloatArray | None = field(default_factory=lambda: np.eye(4))
     blocks: dict[str, Block] = field(default_factory=dict)
     held: Block | None = None
     boxes: dict[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)

@@ -60,6 +60,13 @@ class Arm(Protocol):
         """Measured pose of the tool; None as for `joints`."""
 
     @property
+    def camera_in_tool(self) -> FloatArray | None:
+        """Pose of the optical frame of the camera in the hand in the tool; None without one.
+
+        It is the colour camera, or else the first depth camera, on a link that moves with the tool.
+        """
+
+    @property
     def blocks(self) -> Mapping[str, Block]:
         """The blocks around the arm by name, as `see` and `release` have left them."""
 

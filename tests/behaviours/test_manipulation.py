@@ -15,6 +15,7 @@ from behaviours._arm.poses import ToolPose
 from behaviours.manipulation.close_gripper import CloseGripper
 from behaviours.manipulation.detect_blocks import DetectBlocks
 from behaviours.manipulation.home_arm import HomeArm
+from behaviours.manipulation.look_at import LookAt, Point, looking_at
 from behaviours.manipulation.move_arm import MoveArm
 from behaviours.manipulation.open_gripper import OpenGripper
 from behaviours.manipulation.pick import ELSEWHERE, LOOK, Pick
@@ -415,3 +416,58 @@ def test_the_middle_is_taken_first():
     assert places[0] == pytest.approx((0.55, 0.4, 0.02, 0.0))
     apart = [np.hypot(x - 0.55, y - 0.4) for x, y, _, _ in places]
     assert np.diff(apart).min() > -1e-9
+
+
+angles = st.floats(-3.0, 3.0)
+
+
+@given(
+    st.tuples(*[st.floats(-1.0, 1.0)] * 3), st.floats(0.1, 1.0), angles, st.floats(-1.5, 1.5),
+    angles,
+)  # fmt: skip
+def test_the_point_is_in_the_middle_of_the_picture(target, distance, azimuth, elevation, roll):
+    view = looking_at(np.array(target), distance, azimuth, elevation, roll)
+    assert np.linalg.det(view[:3, :3]) == pytest.approx(1.0)
+    seen = np.linalg.inv(view) @ np.array([*target, 1.0])
+    assert seen[:3] == pytest.approx((0.0, 0.0, distance), abs=1e-9)
+    upright = np.linalg.inv(looking_at(np.array(target), distance, azimuth, elevation, 0.0))
+    x, y = (upright @ np.array([*target[:2], target[2] + 0.1, 1.0]))[:2]
+    assert x == pytest.approx(0.0, abs=1e-9) and y <= 0.0, "what is higher is higher in it"
+
+
+class TestLookAt:
+    def test_at_a_block_with_a_camera_beside_the_tool(self, robot):
+        robot.arm.camera_in_tool = from_angles((0.06, 0.0, -0.08), (0.0, 0.0, 0.0))
+        robot.arm.see([block(0.5, -0.1)])
+        assert answer(LookAt(block="red", distance=0.3, elevation=pi / 2), robot) is Status.SUCCESS
+        [(name, given)] = robot.calls
+        eye = given["pose"] @ robot.arm.camera_in_tool
+        assert name == "move_tool" and not given["straight"]
+        assert eye[:3, 3] == pytest.approx((0.5, -0.1, 0.025 + 0.3))
+        assert eye[:3, 2] == pytest.approx((0.0, 0.0, -1.0))
+
+    def test_the_camera_is_on_the_side_of_the_arm(self, robot):
+        tick(LookAt(point=Point(x=1.0, z=0.3), distance=0.5, elevation=0.0), robot)
+        [(_, given)] = robot.calls
+        assert given["pose"][:3, 3] == pytest.approx((0.5, 0.0, 0.3))
+        assert given["pose"][:3, 2] == pytest.approx((1.0, 0.0, 0.0))
+
+    def test_other_turns_are_tried_unless_one_is_wanted(self, robot):
+        for roll, tried in ((None, 4), (0.0, 1)):
+            robot.calls.clear()
+            behaviour = LookAt(point=Point(x=0.5), roll=roll)
+            while tick(behaviour, robot) is Status.RUNNING:
+                robot.task.fail(FailureCode.UNREACHABLE, "out of reach")
+            assert behaviour.failure.code == FailureCode.UNREACHABLE
+            assert len(robot.calls) == tried
+
+    def test_without_a_block_or_a_camera(self, robot):
+        behaviour = LookAt(block="red")
+        assert tick(behaviour, robot) is Status.FAILURE
+        assert behaviour.failure.code == FailureCode.OBJECT_NOT_FOUND
+        robot.arm.camera_in_tool = None
+        behaviour = LookAt(point=Point())
+        assert tick(behaviour, robot) is Status.FAILURE
+        assert behaviour.failure.code == FailureCode.UNSUPPORTED
+        with pytest.raises(ParameterError, match="exactly one of point and block"):
+            tick(LookAt(), robot)

@@ -50,7 +50,7 @@ CHOSEN = (
 PACKAGES = tuple(MISSIONS.parent / name for name in ("missions", "robots", "behaviours", "stack"))
 """Folders of treepilot."""
 
-INSTALLED = Path(get_path("purelib"))
+INSTALLED = Path(get_path("purelib")).resolve()
 """Folder of installed Python packages."""
 
 
@@ -131,7 +131,7 @@ class _Copies:
         if _is_shipped(file):
             return f"{SHIPPED}/{file.relative_to(MISSIONS.parent).as_posix()}"
         if _package_of(file):
-            return f"{PACKAGE}/{file.relative_to(INSTALLED).as_posix()}"
+            return f"{PACKAGE}/{file.resolve().relative_to(INSTALLED).as_posix()}"
         return file.relative_to(self._base).as_posix()
 
     def keep(self, folder: RunFolder, file: Path) -> InputFile:
@@ -165,10 +165,12 @@ def _is_shipped(file: Path) -> bool:
 
 def _package_of(file: Path) -> str:
     """Return the installed Python package that has a file; empty for none and for treepilot."""
-    if _is_shipped(file) or not file.is_relative_to(INSTALLED):
+    real = file.resolve()
+    if _is_shipped(file) or not real.is_relative_to(INSTALLED):
         return ""
-    name = file.relative_to(INSTALLED).parts[0]
-    return name if INSTALLED / name in python_package(name) else ""
+    name = real.relative_to(INSTALLED).parts[0]
+    is_package = any(folder.resolve() == INSTALLED / name for folder in python_package(name))
+    return name if is_package else ""
 
 
 def _resolved(file: Path) -> Path:
@@ -245,7 +247,8 @@ class RunInputs:
             if file.is_relative_to(copies):
                 found.append(f"{COPIES}/{file.relative_to(copies)} has been changed")
             elif package := _package_of(file):
-                found.append(f"{file.relative_to(INSTALLED)} of the package {package} has changed")
+                name = file.resolve().relative_to(INSTALLED)
+                found.append(f"{name} of the package {package} has changed")
             elif _is_shipped(file):
                 found.append(f"{file.relative_to(MISSIONS.parent)} of treepilot has changed")
             else:

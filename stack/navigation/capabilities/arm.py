@@ -90,6 +90,7 @@ class StackArm(Arm):
         self._now, self.links, self.around = now, RobotLinks(robot.links, BASE), around
         self.grasps: tuple[GraspPlan, ...] = ()
         self._emit = emit
+        self._camera_in_tool = _camera_in_tool(robot, robot.arm.tool_link, self.links)
         cameras = tuple(robot.depth_cameras)
         watch = MotionWatch(cameras, robot.arm, self._places, plans, lease)
         self._motion = ArmMotion(robot.arm, now, timers, plans, watch, self._scene)
@@ -112,6 +113,10 @@ class StackArm(Arm):
         if in_base is None:
             return None
         return inverse(self.base_from_link) @ in_base
+
+    @property
+    def camera_in_tool(self) -> FloatArray | None:
+        return self._camera_in_tool
 
     @property
     def tool_in_base(self) -> FloatArray | None:
@@ -310,3 +315,14 @@ class StackArm(Arm):
 def _moved(block: Block, transform: FloatArray) -> Block:
     """Return a block in another frame, given the transform (4, 4) from its own."""
     return replace(block, pose=transform @ block.pose)
+
+
+def _camera_in_tool(robot: RobotDescription, tool: str, links: RobotLinks) -> FloatArray | None:
+    """Return the pose (4, 4) in the tool of a camera that moves with it; None without one."""
+    for camera in (robot.camera, *robot.depth_cameras.values()):
+        if camera is None or not camera.link:
+            continue
+        if links.chain(camera.link).names == links.chain(tool).names:
+            in_base = links.pose(camera.link, {}) @ camera.model.base_from_optical()
+            return inverse(links.pose(tool, {})) @ in_base
+    return None

@@ -6,12 +6,13 @@ as something new is near it, and goes on when two pictures show the way free.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 
 import numpy as np
 
 from stack.drivetrain.arm_description import ArmDescription
+from stack.errors import FrameError
+from stack.frames.joint_history import JointHistory
 from stack.manipulation.measured import ArmPicture
 from stack.manipulation.scene import Scene
 from stack.navigation.capabilities.gripper import GRIPPER
@@ -62,7 +63,7 @@ class MotionWatch:
     ) -> None:  # fmt: skip
         self._cameras, self._plans, self._lease = cameras, plans, lease
         self._gripper, self._places = arm.gripper, places
-        self._joints: deque[JointState] = deque()
+        self._joints = JointHistory(arm.joints, REMEMBERED)
         self._pictures: dict[str, ArmPicture] = {}
         self._seen: dict[str, float] = {}
         self._answer: Deferred[str] | None = None
@@ -76,20 +77,19 @@ class MotionWatch:
         joints = perceived.newest(JOINTS, JointState)
         if joints is None or not self._cameras:
             return
-        if not self._joints or self._joints[-1].stamp < joints.stamp:
-            self._joints.append(joints)
-        while self._joints[0].stamp < joints.stamp - REMEMBERED:
-            self._joints.popleft()
+        self._joints.add(joints)
         for name in self._cameras:
             image = perceived.newest(name, DepthImage)
             if image is None or image.stamp == self._seen.get(name):
                 continue
             self._seen[name] = image.stamp
-            if image.stamp >= self._joints[0].stamp:
-                fingers = perceived.newest(GRIPPER, GripperState)
-                width = None if fingers is None else fingers.width
-                positions = self._positions(image.stamp)
-                self._pictures[name] = ArmPicture(image, *self._places(), positions, width)
+            try:
+                positions = np.array(list(self._joints.at(image.stamp).values()))
+            except FrameError:  # of a time before the first joints, or too old
+                continue
+            fingers = perceived.newest(GRIPPER, GripperState)
+            width = None if fingers is None else fingers.width
+            self._pictures[name] = ArmPicture(image, *self._places(), positions, width)
 
     def is_ready(self, now: float, since: float) -> bool:
         """Keep the cameras on; return whether a plan can begin: with fresh pictures, or without.
@@ -157,16 +157,6 @@ class MotionWatch:
             self._free += 1
             if self._free >= FREE:
                 self.contact, self.since = "", None
-
-    def _positions(self, stamp: float) -> FloatArray:
-        """Positions (n,) of the joints at a time that is remembered, seconds."""
-        later = next((it for it in self._joints if it.stamp >= stamp), self._joints[-1])
-        earlier = next((it for it in reversed(self._joints) if it.stamp <= stamp), later)
-        if later.stamp <= earlier.stamp:
-            return later.positions
-        share = (stamp - earlier.stamp) / (later.stamp - earlier.stamp)
-        between: FloatArray = earlier.positions + share * (later.positions - earlier.positions)
-        return between
 
 
 def row_of(trajectory: JointTrajectory, positions: FloatArray, before: int) -> int:
