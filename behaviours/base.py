@@ -156,6 +156,11 @@ class RobotBehaviour(Behaviour):
     """Port with a posture of the arm; `check` compares it with the robot."""
     box_ports: typing.ClassVar[tuple[str, ...]] = ()
     """Ports with names of boxes, one or a list; `check` compares them with the world."""
+    finds_blocks: typing.ClassVar[bool] = False
+    """Whether it finds blocks around an arm."""
+    block_port: typing.ClassVar[str] = ""
+    """Port with a block whose place is known. Without it the behaviour uses a block that was found,
+    and `check` warns if nothing in the mission finds any."""
     drives_backward: typing.ClassVar[bool] = False
     """Whether its speeds are backward ones."""
     arrival_port: typing.ClassVar[str] = ""

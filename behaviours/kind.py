@@ -57,6 +57,8 @@ class BehaviourTraits:
     joints_port: str
     posture_port: str
     box_ports: tuple[str, ...]
+    finds_blocks: bool
+    block_port: str
     drives_backward: bool
 
 

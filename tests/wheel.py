@@ -24,7 +24,7 @@ PACKAGES = ("treepilot", "missions", "behaviours", "stack", "tui", "robots")
 WORDS = "run --headless --speed max --seed 1 --out".split()
 EXTRAS = {
     "50_pick_the_red_block": "arm", "51_sort_by_colour": "arm", "52_stack_three": "arm",
-    "53_fetch": "arm",
+    "53_fetch": "arm", "54_hand_eye": "arm",
 }  # fmt: skip
 """Missions that need an extra, and which."""
 

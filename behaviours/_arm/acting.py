@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from py_trees.common import Status
+
 from behaviours._motion.driving import SteppedBehaviour, Steps
+from stack.robot import Task
 from stack.types import Block, FailureCode, FloatArray
 
 MOTION_FAILURES = (
     FailureCode.UNREACHABLE, FailureCode.NO_MOTION_PLAN, FailureCode.START_OCCUPIED,
     FailureCode.GOAL_OCCUPIED, FailureCode.COLLISION_AHEAD, FailureCode.ARM_COLLISION,
-    FailureCode.NO_PROGRESS,
+    FailureCode.NO_PROGRESS, FailureCode.SLIPPED,
 )  # fmt: skip
 """Codes of motions of an arm, for `fails_with`."""
 
@@ -51,6 +54,14 @@ class ArmBehaviour(SteppedBehaviour):
             pose, straight=True, touching=touching, width=width, speed=SLOW
         )
         return self.done(motion, doing)
+
+    def done(self, task: Task, doing: str = "") -> Steps:
+        """As of every stepped behaviour; the feedback also tells what the task reports."""
+        while (status := self.follow(task)) is Status.RUNNING:
+            if doing:
+                self.feedback_message = f"{doing}: {self.feedback_message}"
+            yield
+        return status is Status.SUCCESS
 
     @property
     def holds_something(self) -> bool:

@@ -69,6 +69,11 @@ def is_on(block: Block, box: tuple[FloatArray, FloatArray]) -> bool:
     return bool(abs(x) <= size[0] / 2.0 and abs(y) <= size[1] / 2.0 and abs(gap) < FOOT)
 
 
+def where(pose: FloatArray) -> str:
+    """Return the place of a pose (4, 4) on its table for people: `(0.50, -0.10)`, metres."""
+    return f"({pose[0, 3]:.2f}, {pose[1, 3]:.2f})"
+
+
 def nearest_first(blocks: Iterable[Block]) -> list[Block]:
     """Return blocks in the order of their distance from the arm."""
     return sorted(blocks, key=lambda block: float(np.hypot(*block.pose[:2, 3])))

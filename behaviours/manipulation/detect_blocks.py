@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from behaviours._arm.blocks import is_on, nearest_first
+from behaviours._arm.blocks import is_on, nearest_first, where
 from behaviours.base import RobotBehaviour, output, port
 from stack.types import OBJECT_COLOURS, Block, FailureCode
 
@@ -27,7 +27,7 @@ class DetectBlocks(RobotBehaviour):
     colours: list[str] = output("of these blocks, the nearest to the arm first")
 
     needs = ("arm", "camera", "depth_camera")
-    takes_time = True
+    takes_time = finds_blocks = True
     box_ports = ("on", "spare")
     fails_with = (FailureCode.OBJECT_NOT_FOUND, FailureCode.NO_IMAGE)
 
@@ -58,6 +58,9 @@ class DetectBlocks(RobotBehaviour):
             return self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {wanted}{place} is in sight")
         self.feedback_message = f"{self.count} found: {', '.join(self.colours)}"
         self.feedback_message += f"; {hidden} more known, but not seen now" if hidden else ""
+        places = ", ".join(f"{block.colour} {where(block.pose)}" for block in found)
+        noun = "block" if self.count == 1 else "blocks"
+        arm.tell("found", f"found {self.count} {noun}: {places}", count=self.count)
         return Status.SUCCESS
 
     def _is_wanted(self, block: Block) -> bool:

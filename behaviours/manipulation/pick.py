@@ -8,7 +8,7 @@ import numpy as np
 from py_trees.common import Status
 
 from behaviours._arm.acting import MOTION_FAILURES, ArmBehaviour
-from behaviours._arm.blocks import KnownBlock, is_on, nearest_first
+from behaviours._arm.blocks import KnownBlock, is_on, nearest_first, where
 from behaviours._motion.driving import Steps
 from behaviours.base import output, port
 from stack.types import OBJECT_COLOURS, Block, FailureCode, GraspPlan
@@ -48,9 +48,9 @@ class Pick(ArmBehaviour):
     width: float = output("of the block between the fingers", unit="m")
 
     claims = ("arm", "gripper")
-    box_ports = ("spare",)
+    box_ports, block_port = ("spare",), "at"
     fails_with = (
-        *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
+        *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED,
     )  # fmt: skip
 
     def initialise(self) -> None:
@@ -69,7 +69,7 @@ class Pick(ArmBehaviour):
             if (yield from self._pick_block(block)):
                 self.picked = block.colour
                 return True
-            if not self.is_unplanned:
+            if not self.is_unplanned or self.robot.arm.held is not None:
                 return False
         return False
 
@@ -78,6 +78,9 @@ class Pick(ArmBehaviour):
         search = self.robot.arm.plan_grasps(block)
         if not (yield from self.done(search, f"looking for a grasp of the {block.colour} block")):
             return False
+        self.robot.arm.tell(
+            "picks", f"picks the {block.colour} block at {where(block.pose)}", colour=block.colour
+        )
         for grasp in search.grasps[:CANDIDATES]:
             if (yield from self._go_before(grasp)):
                 looks = not is_near and self.at is None
@@ -136,9 +139,15 @@ class Pick(ArmBehaviour):
             return False
         if not self.holds_something:
             self.robot.arm.release(lost=True)
-            self.fail(FailureCode.SLIPPED, f"the {block.colour} block slipped in the lift")
+            sentence = f"the {block.colour} block slipped in the lift"
+            self.robot.arm.tell("lost", sentence, colour=block.colour)
+            self.fail(FailureCode.SLIPPED, sentence)
             return False
         self.feedback_message = f"holds the {block.colour} block"
+        width = f"{1e3 * state.width:.0f} mm between the fingers"
+        self.robot.arm.tell(
+            "picked", f"{self.feedback_message}, {width}", colour=block.colour, width=state.width
+        )
         return True
 
     def _blocks(self) -> list[Block]:

@@ -9,7 +9,7 @@ import numpy as np
 from py_trees.common import Status
 
 from behaviours._arm.acting import MOTION_FAILURES, ArmBehaviour
-from behaviours._arm.blocks import ABOVE, DROP, TURNS, free_places, on_top, standing
+from behaviours._arm.blocks import ABOVE, DROP, TURNS, free_places, on_top, standing, where
 from behaviours._arm.poses import ToolPose
 from behaviours._motion.driving import Steps
 from behaviours.base import port
@@ -26,11 +26,11 @@ PLACES = 48
 class Place(ArmBehaviour):
     """Put the block in the hand down: on a box of the world, on another block, or at a pose.
 
-    On a box, it takes the free place nearest to the middle that the arm reaches and where the
-    fingers can open. The arm moves
-    above the place, lowers the block in a straight line, opens the fingers and moves up. Fails with
-    MISSED if the hand holds no block, SLIPPED if the block was lost on the way, GOAL_OCCUPIED if no
-    place is free, and UNREACHABLE or NO_MOTION_PLAN if the arm comes to none.
+    On a box, it takes the free place nearest to the middle to which the arm has a free way, and
+    where the fingers can open. The arm moves above the place, lowers the block in a straight line,
+    opens the fingers and moves up. Fails with MISSED if the hand holds no block, SLIPPED if the
+    block was lost on the way, GOAL_OCCUPIED if no place is free, and NO_MOTION_PLAN if the arm
+    comes to none.
     """
 
     on: str | None = port("name of a box of the world", default=None)
@@ -45,7 +45,7 @@ class Place(ArmBehaviour):
     one_port_of = ("on", "block", "pose")
     box_ports = ("on",)
     fails_with = (
-        *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED, FailureCode.SLIPPED,
+        *MOTION_FAILURES, FailureCode.OBJECT_NOT_FOUND, FailureCode.MISSED,
     )  # fmt: skip
 
     def initialise(self) -> None:
@@ -61,35 +61,57 @@ class Place(ArmBehaviour):
         if held is None:
             self.fail(FailureCode.MISSED, "the hand holds no block")
             return False
-        if self.block is None:
+        tools = list(self._tools(held))
+        if not tools and self.block is None:
             self.fail(FailureCode.GOAL_OCCUPIED, f"no place on {self.on} is free")
-        else:
+        elif not tools:
             self.fail(FailureCode.OBJECT_NOT_FOUND, f"no {self.block} block was detected")
-        for tool in self._tools(held):
-            above = self.robot.arm.move_tool(_above(tool))
-            if (yield from self.done(above, "moving above")) and (
-                yield from self._put_down(held, tool)
-            ):
-                return True
-            if not self.is_unplanned or self.robot.arm.held is None:
-                break
+        else:
+            return (yield from self._place_at(held, tools))
         return False
 
-    def _put_down(self, held: Block, tool: FloatArray) -> Steps:
-        arm = self.robot.arm
-        state = self.robot.gripper.state
+    def _place_at(self, held: Block, tools: list[FloatArray]) -> Steps:
+        """Put the block down at the first of some poses (4, 4) of the tool that is free."""
+        arm, state = self.robot.arm, self.robot.gripper.state
         if state is None or not self.holds_something:
-            arm.release(lost=True)
-            self.fail(FailureCode.SLIPPED, f"the {held.colour} block was lost on the way")
-            return False
+            return self._lost(held)
         width = min(state.width + OPENED, self.robot.gripper.width_max)
+        search = arm.plan_place(tools, above=ABOVE, width=width)
+        if not (yield from self.done(search, f"looking for a place for the {held.colour} block")):
+            return False
+        assert search.place is not None, "the search has succeeded"
+        if not (yield from self.done(arm.follow(search.place.way, fixed=False), "moving above")):
+            return False
+        if not self.holds_something:
+            return self._lost(held)
+        tool = search.place.tool
         if not (yield from self.line(tool, "lowering", width=width)):
             return False
         if not (yield from self.open(width)):
             return False
+        self._tell(held, tool)
         arm.release()
         left = tuple(arm.blocks.values())  # the fingers may still touch what they have left
         return (yield from self.line(_above(tool), "moving up", left))
+
+    def _tell(self, held: Block, tool: FloatArray) -> None:
+        """Tell where the block is, and how far the tool (4, 4) is from where it should open."""
+        arm = self.robot.arm
+        block, measured = arm.held, arm.tool_pose
+        if block is None or measured is None:
+            return
+        off = float(np.linalg.norm((measured - tool)[:3, 3]))
+        goal = self.on or (f"the {self.block} block" if self.block else "")
+        text = f"placed the {held.colour} block {f'on {goal} ' if goal else ''}at "
+        text += f"{where(block.pose)} ({1e3 * off:.1f} mm off)"
+        arm.tell("placed", text, colour=held.colour, off=round(off, 5))
+
+    def _lost(self, held: Block) -> bool:
+        sentence = f"the {held.colour} block was lost on the way"
+        self.robot.arm.release(lost=True)
+        self.robot.arm.tell("lost", sentence, colour=held.colour)
+        self.fail(FailureCode.SLIPPED, sentence)
+        return False
 
     def _tools(self, held: Block) -> Iterator[FloatArray]:
         """Yield poses (4, 4) of the tool that leave the block at the place, the best first."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +18,7 @@ from stack.types import (
     GripperState,
     JointState,
     JointTrajectory,
+    PlacePlan,
 )
 
 JOINTS = tuple(f"joint_{number}" for number in range(1, 8))
@@ -42,6 +43,13 @@ class ScriptedGrasps(ScriptedTask):
 
 
 @dataclass
+class ScriptedPlace(ScriptedTask):
+    """A search for a place; the test sets which of the poses is free."""
+
+    place: PlacePlan | None = None
+
+
+@dataclass
 class ScriptedArm:
     """An arm of seven joints. Motions are recorded; their task is the robot's newest one.
 
@@ -49,6 +57,9 @@ class ScriptedArm:
         begin: records a call.
         boxes: of the world: pose and size by name.
         grasps: what a search for grasps finds at once; without any it fails.
+        free_place: number of the pose that a search for a place finds at once; beyond the last
+            one it fails.
+        told: what the operator was told.
         task: of the newest motion; a newer one cancels it.
     """
 
@@ -57,10 +68,13 @@ class ScriptedArm:
     postures: Mapping[str, FloatArray] = field(default_factory=lambda: {"home": _zeros()})
     joints: JointState | None = field(default_factory=_at_rest)
     tool_pose: FloatArray | None = field(default_factory=lambda: np.eye(4))
+    camera_in_tool: FloatArray | None = field(default_factory=lambda: np.eye(4))
     blocks: dict[str, Block] = field(default_factory=dict)
     held: Block | None = None
     boxes: dict[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
     grasps: tuple[GraspPlan, ...] = ()
+    free_place: int = 0
+    told: list[str] = field(default_factory=list)
     task: ScriptedTask = field(default_factory=ScriptedTask)
 
     def box(self, name: str) -> tuple[FloatArray, FloatArray]:
@@ -89,9 +103,13 @@ class ScriptedArm:
         """Hold nothing."""
         self.held = None
 
-    def follow(self, trajectory: JointTrajectory) -> ScriptedTask:
+    def tell(self, did: str, text: str, **fields: float | str) -> None:
+        """Keep the text."""
+        self.told.append(text)
+
+    def follow(self, trajectory: JointTrajectory, *, fixed: bool = True) -> ScriptedTask:
         """Record the call."""
-        return self._move("follow", trajectory=trajectory)
+        return self._move("follow", trajectory=trajectory, fixed=fixed)
 
     def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> ScriptedTask:
         """Record the call."""
@@ -121,6 +139,20 @@ class ScriptedArm:
             search.succeed()
         else:
             search.fail(FailureCode.NO_MOTION_PLAN, "no grasp: set by the test")
+        return search
+
+    def plan_place(
+        self, tools: Sequence[FloatArray], *, above: float, width: float
+    ) -> ScriptedPlace:
+        """Record the call; the search has ended."""
+        self._move("plan_place", tools=tuple(tools), above=above, width=width).succeed()
+        search = ScriptedPlace()
+        if self.free_place < len(tools):
+            rest = JointTrajectory(np.zeros(1), _zeros()[None], _zeros()[None])
+            search.place = PlacePlan(tools[self.free_place], rest)
+            search.succeed()
+        else:
+            search.fail(FailureCode.NO_MOTION_PLAN, "no place: set by the test")
         return search
 
     def _move(self, call: str, **arguments: Any) -> ScriptedTask:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from behaviours.catalogue import find_behaviours
 from missions.language.codes import CODES, Code
 from stack.errors import Finding, InputError, Mark
 from stack.optional_packages import MISSING_DEVICE, MISSING_PACKAGE
 from stack.parameters import suggestion
+from stack.types import FailureCode
 
 FILE_CODES: dict[str, Code] = {
     "E001": Code("file", "the file does not exist or cannot be read",
@@ -129,18 +131,29 @@ def every_code() -> dict[str, Code]:
 
 
 def explanation(code: str) -> str:
-    """Return cause, example and fix of a code as text.
+    """Return cause, example and fix of a code as text: of a finding, or of a failure.
 
     Raises:
         InputError: unknown code.
     """
     known, name = every_code(), code.strip().upper()
+    if name in FailureCode.__members__:
+        return _failure(FailureCode(name))
     if name not in known:
-        similar = [other for other in known if other[:2] == name[:2]] or list(known)
-        raise InputError(f"unknown code {code!r}; {suggestion(name, similar)}")
+        similar = [other for other in (*known, *FailureCode) if other[:2] == name[:2]]
+        raise InputError(f"unknown code {code!r}; {suggestion(name, similar or list(known))}")
     found = known[name]
     severity = Finding(Mark(""), name, found.title).severity
     lines = [f"{name} ({severity}): {found.title}", "", f"cause    {found.cause}"]
     for number, line in enumerate(found.example.splitlines()):
         lines.append(f"{'example' if not number else '':<9}{line}")
     return "\n".join([*lines, f"fix      {found.fix}"])
+
+
+def _failure(code: FailureCode) -> str:
+    """The explanation of a failure, with the behaviours of treepilot that fail with it."""
+    failing = [
+        name for name, kind in find_behaviours().kinds.items() if code in (kind.fails_with or ())
+    ]
+    lines = [f"{code} (failure)", "", f"cause    {code.meaning}", f"fix      {code.remedy}"]
+    return "\n".join([*lines, *([f"from     {', '.join(failing)}"] if failing else [])])

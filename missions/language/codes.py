@@ -296,6 +296,9 @@ CODES: dict[str, Code] = {
                  "draw the area outside the zone"),
     "W151": Code("component of a robot that cannot drive", "the robot has no wheels, so that the "
                  "component has no effect", "localisation: mcl", "remove it"),
+    "W152": Code("block that nothing finds", "`pick` takes a block that was found, and nothing in "
+                 "the mission, also in shared trees, finds blocks", "run: {pick: {colour: red}}",
+                 "use `detect_blocks` before it, or give the place of the block: `at`"),
     "W170": Code("text without a case", "an argument can have a text for which there is no case",
                  "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
                  "run: {switch: {value: $m, cases: {a: {say: a}}}}",

@@ -28,7 +28,7 @@ LEAST_STEP = 0.01
 
 @dataclass(frozen=True)
 class Nearest:
-    """The smallest distance between the arm and an object.
+    """A part of the arm and an object, and their distance.
 
     Attributes:
         distance: metres; negative: depth of the penetration; infinite without objects.
@@ -44,14 +44,18 @@ class Nearest:
 class Collisions:
     """Checks of poses and motions."""
 
-    def __init__(self, model: ArmModel, scene: Scene, clearance: float = 0.0) -> None:
+    def __init__(
+        self, model: ArmModel, scene: Scene, clearance: float = 0.0, *, itself: bool = True
+    ) -> None:
         """Build the shapes.
 
         Args:
             model: of the arm.
             scene: what must not be touched.
             clearance: that is kept to objects, metres.
+            itself: whether a contact of the arm with itself counts.
         """
+        self._counts_itself = itself
         self.model, self.scene, self.clearance = model, scene, clearance
         self._pin = model.pin
         self._geometry = model.geometry.copy()
@@ -73,7 +77,7 @@ class Collisions:
 
     def with_clearance(self, clearance: float) -> Collisions:
         """Return checks of the same scene with another clearance, metres."""
-        return Collisions(self.model, self.scene, clearance)
+        return Collisions(self.model, self.scene, clearance, itself=self._counts_itself)
 
     def collides(self, positions: FloatArray, time: float = 0.0) -> bool:
         """Return whether a pose is not free.
@@ -90,8 +94,17 @@ class Collisions:
 
     def contact(self, positions: FloatArray, time: float = 0.0) -> str:
         """Return what touches what, as in "panda_hand touches table"; empty if the pose is free."""
-        if not self.collides(positions, time):
+        found = self.pair_at(positions, time)
+        if found is None:
             return ""
+        distance = found.distance
+        verb = f"is {distance * 1000:.1f} mm from" if distance > 0.0 else "touches"
+        return f"{found.link} {verb} {found.other}"
+
+    def pair_at(self, positions: FloatArray, time: float = 0.0) -> Nearest | None:
+        """Return the first pair that is nearer than the clearance; None if the pose is free."""
+        if not self.collides(positions, time):
+            return None
         q = self.model.configuration(positions, self.scene.width)
         self._pin.computeCollisions(
             self.model.model, self._data, self._geometry, self._results, q, False
@@ -104,8 +117,7 @@ class Collisions:
             if result.isCollision()
         )
         distance = self._pin.computeDistance(self._geometry, self._results, index).min_distance
-        verb = f"is {distance * 1000:.1f} mm from" if distance > 0.0 else "touches"
-        return f"{self._names[pair.first]} {verb} {self._names[pair.second]}"
+        return Nearest(float(distance), self._names[pair.first], self._names[pair.second])
 
     def distance(self, positions: FloatArray, time: float = 0.0) -> float:
         """Return the smallest distance between the arm and an object, metres."""
@@ -190,6 +202,8 @@ class Collisions:
             held = self._add_held(scene.held)
             arm.append(held)
             self._self_pairs += [(shape, held) for shape in range(held) if not self._carries(shape)]
+        if not self._counts_itself:
+            self._self_pairs = []
         for first, second in self._self_pairs:
             geometry.addCollisionPair(pin.CollisionPair(first, second))
         for index in [*map(self._add, scene.objects), *self._add_points()]:

@@ -14,15 +14,16 @@ the face, a straight approach, and a straight lift with the block in the hand. T
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from math import cos, radians, sin
 
 import numpy as np
 
 from stack.errors import NavigationError
 from stack.manipulation.collisions import Collisions
-from stack.manipulation.planner import ArmBlocked, ArmPlanner
+from stack.manipulation.planner import ArmBlocked, ArmPlanner, place_of
 from stack.manipulation.scene import Box, Scene, SceneObject
 from stack.types import FailureCode, FloatArray
 
@@ -35,6 +36,10 @@ LIFT = 0.09
 DEPTH, SHALLOW = 0.03, 0.005
 """Metres: how deep the tool reaches over the face at most. A shallow grasp keeps the hand off the
 neighbours of the block; the finger tips reach some millimetres deeper than the tool."""
+
+TILTS = tuple(sign * radians(angle) for angle in (25.0, 50.0) for sign in (1.0, -1.0))
+"""Radians by which a tight grasp from above is turned about the line between the fingers: the hand,
+which is wide along that line, then passes a neighbour that is higher than the block."""
 
 PAD = 0.012
 """Metres from the middle of the fingers to the end of a long block that is grasped there."""
@@ -52,7 +57,7 @@ SUPPORT = 0.005
 """Metres: what is nearer to the block supports it, and may touch it when it is lifted."""
 
 POSTURES, RESTARTS = 3, 8
-"""Solutions for each pre-grasp, and searches for them; there are many other candidates."""
+"""Solutions for each pose, and searches for them; there are many other candidates."""
 
 
 @dataclass(frozen=True)
@@ -119,13 +124,15 @@ def grasps(
     if gripper is None:
         raise NavigationError(FailureCode.UNSUPPORTED, "the arm has no gripper")
     scene = scene.touching(*((finger, block) for finger in gripper.finger_links))
-    plain, reasons = _free(planner, candidates(item), (block, scene), positions, generator)
-    if plain:
-        return plain
-    tight = candidates(item, tight=True)
-    found, _ = _free(planner, tight, (block, scene), positions, generator)
-    if found:
-        return found
+    styles = (
+        candidates(item), candidates(item, tight=True), candidates(item, tight=True, tilts=TILTS),
+    )  # fmt: skip
+    reasons: Counter[str] = Counter()
+    for style in styles:
+        found, refused = _free(planner, style, (block, scene), positions, generator)
+        if found:
+            return found
+        reasons = reasons or refused
     words = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common(4))
     raise NavigationError(FailureCode.NO_MOTION_PLAN, f"no grasp of {block}: {words}")
 
@@ -149,7 +156,7 @@ def _free(
         try:
             grasp = _with_motions(planner, candidate, (block, open_scene), positions, generator)
         except NavigationError as error:
-            refused[_reason(error)] += 1
+            refused[refusal(error)] += 1
             continue
         checks = Collisions(planner.model, open_scene)
         room = min(checks.distance(grasp.approach[-1]), ROOM)
@@ -157,12 +164,15 @@ def _free(
     return sorted(found, key=lambda grasp: grasp.cost), refused
 
 
-def candidates(item: SceneObject, *, tight: bool = False) -> Iterator[_Candidate]:
+def candidates(
+    item: SceneObject, *, tight: bool = False, tilts: Sequence[float] = (0.0,)
+) -> Iterator[_Candidate]:
     """Yield the poses of the tool at the grasps of a block, and the widths between the fingers.
 
     Args:
         item: a box.
         tight: whether other objects are near it.
+        tilts: turns of the tool about the line between the fingers, radians; not at the sides.
     """
     assert isinstance(item.shape, Box)
     size = np.array(item.shape.size)
@@ -177,19 +187,22 @@ def candidates(item: SceneObject, *, tight: bool = False) -> Iterator[_Candidate
             tip = item.pose[:3, 3] + outward * (size[normal] / 2.0 - depth)
             side = "from above" if outward[2] > 0.7 else f"from {'+' if sign > 0 else '-'}"
             side += "" if outward[2] > 0.7 else names[normal]
+            if tilts != (0.0,) and outward[2] < 0.7:
+                continue
             for finger in {0, 1, 2} - {normal}:
                 (along,) = {0, 1, 2} - {normal, finger}
                 aside = size[along] / 2.0 - PAD if tight else 0.0
                 offsets = (0.0, aside, -aside) if aside > PAD else (0.0,)
-                for way, offset in product((1.0, -1.0), offsets):
+                for tilt, way, offset in product(tilts, (1.0, -1.0), offsets):
                     tool = np.eye(4)
-                    tool[:3, 2] = -outward
+                    tool[:3, 2] = -cos(tilt) * outward - sin(tilt) * turn[:, along]
                     tool[:3, 1] = way * turn[:, finger]
                     tool[:3, 0] = np.cross(tool[:3, 1], tool[:3, 2])
                     tool[:3, 3] = tip + offset * turn[:, along]
                     yield _Candidate(
-                        f"{side}, fingers along {names[finger]}", tool, float(size[finger]), tight
-                    )
+                        f"{side}, fingers along {names[finger]}" + (", tilted" if tilt else ""),
+                        tool, float(size[finger]), tight,
+                    )  # fmt: skip
 
 
 def _block(name: str, scene: Scene) -> SceneObject:
@@ -217,7 +230,7 @@ def _with_motions(
     assert scene.width is not None, "the caller has chosen how wide the fingers are open"
     before = candidate.tool.copy()
     before[:3, 3] -= APPROACH * candidate.tool[:3, 2]
-    pre_grasp = _pre_grasp(planner, before, scene, positions, generator)
+    pre_grasp = free_solution(planner, before, scene, positions, generator)
     approach = planner.straight(pre_grasp, candidate.tool, scene)
     held = scene.holding(block, candidate.tool, candidate.width)
     supports = Collisions(planner.model, held).near(block, approach[-1], SUPPORT)
@@ -239,7 +252,7 @@ def _with_motions(
     )
 
 
-def _pre_grasp(
+def free_solution(
     planner: ArmPlanner,
     tool: FloatArray,
     scene: Scene,
@@ -253,15 +266,16 @@ def _pre_grasp(
     """
     found = planner.kinematics.solutions(tool, positions, generator, POSTURES, RESTARTS)
     if not found:
-        raise NavigationError(FailureCode.UNREACHABLE, "the arm cannot reach the pre-grasp")
+        raise NavigationError(FailureCode.UNREACHABLE, f"the arm cannot reach {place_of(tool)}")
     checks = Collisions(planner.model, scene)
     contacts = [checks.contact(option) for option in found]
     if all(contacts):
-        raise ArmBlocked(FailureCode.GOAL_OCCUPIED, "at the pre-grasp", contacts[0])
+        raise ArmBlocked(FailureCode.GOAL_OCCUPIED, f"at {place_of(tool)}", contacts[0])
     return found[contacts.index("")]
 
 
-def _reason(error: NavigationError) -> str:
+def refusal(error: NavigationError) -> str:
+    """Return in a few words why a candidate is no good, for counts."""
     if isinstance(error, ArmBlocked):
         return f"blocked ({error.contact})"
     return "out of reach"

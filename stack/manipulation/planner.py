@@ -129,7 +129,7 @@ class ArmPlanner:
         goals = self.kinematics.solutions(target, start, generator)
         if not goals:
             raise NavigationError(
-                FailureCode.UNREACHABLE, f"the arm cannot reach {_place(target)} with this turn"
+                FailureCode.UNREACHABLE, f"the arm cannot reach {place_of(target)} with this turn"
             )
         return self.plan(start, goals, scene, generator, iterations)
 
@@ -156,7 +156,7 @@ class ArmPlanner:
             if found is None or np.abs(found - waypoints[-1]).max() > LARGEST_JUMP:
                 raise NavigationError(
                     FailureCode.UNREACHABLE,
-                    f"the arm cannot follow the line to {_place(target)} beyond "
+                    f"the arm cannot follow the line to {place_of(target)} beyond "
                     f"{100 * (part - 1) // count} % of it in this posture",
                 )
             waypoints.append(found)
@@ -164,7 +164,7 @@ class ArmPlanner:
         for part in range(1, count + 1):
             if contact := checks.contact_between(waypoints[part - 1], waypoints[part]):
                 where = (
-                    f"the line to {_place(target)} is blocked after "
+                    f"the line to {place_of(target)} is blocked after "
                     f"{100 * (part - 1) // count} % of it"
                 )
                 raise ArmBlocked(FailureCode.NO_MOTION_PLAN, where, contact)
@@ -292,6 +292,7 @@ def _angle_between(first: FloatArray, second: FloatArray) -> float:
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
-def _place(pose: FloatArray) -> str:
+def place_of(pose: FloatArray) -> str:
+    """Return the position of a pose (4, 4) for messages, metres."""
     x, y, z = pose[:3, 3]
     return f"({x:.3f}, {y:.3f}, {z:.3f})"

@@ -4,7 +4,7 @@ No call blocks. A call that takes time returns a task, which keeps its own outco
 task cancels the previous one. Names follow nav2_simple_commander.
 """
 
-from stack.robot.arm import Arm, GraspTask, Gripper
+from stack.robot.arm import Arm, GraspTask, Gripper, PlaceTask
 from stack.robot.base import Base
 from stack.robot.localisation import Localisation
 from stack.robot.map import Map
@@ -21,6 +21,7 @@ __all__ = [
     "Localisation",
     "Map",
     "Perception",
+    "PlaceTask",
     "Robot",
     "Task",
 ]

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
 from stack.robot.task import Task
-from stack.types import Block, FloatArray, GraspPlan, GripperState, JointState, JointTrajectory
+from stack.types import (
+    Block,
+    FloatArray,
+    GraspPlan,
+    GripperState,
+    JointState,
+    JointTrajectory,
+    PlacePlan,
+)
 
 
 class GraspTask(Task, Protocol):
@@ -15,6 +23,14 @@ class GraspTask(Task, Protocol):
     @property
     def grasps(self) -> tuple[GraspPlan, ...]:
         """The grasps, the best first; none before the end."""
+
+
+class PlaceTask(Task, Protocol):
+    """A search for a place for the block in the hand."""
+
+    @property
+    def place(self) -> PlacePlan | None:
+        """The first one to which all motions are free; None before the end, and without one."""
 
 
 class Arm(Protocol):
@@ -42,6 +58,13 @@ class Arm(Protocol):
     @property
     def tool_pose(self) -> FloatArray | None:
         """Measured pose of the tool; None as for `joints`."""
+
+    @property
+    def camera_in_tool(self) -> FloatArray | None:
+        """Pose of the optical frame of the camera in the hand in the tool; None without one.
+
+        It is the colour camera, or else the first depth camera, on a link that moves with the tool.
+        """
 
     @property
     def blocks(self) -> Mapping[str, Block]:
@@ -82,6 +105,15 @@ class Arm(Protocol):
     def release(self, *, lost: bool = False) -> None:
         """The hand holds nothing any more: its block stands where the tool is, or is lost."""
 
+    def tell(self, did: str, text: str, **fields: float | str) -> None:
+        """Show the operator what the arm has done; recorded in the event log.
+
+        Args:
+            did: a word: found, picks, picked, placed or lost.
+            text: a sentence.
+            fields: numbers of it.
+        """
+
     def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> Task:
         """Move the joints to positions.
 
@@ -117,8 +149,24 @@ class Arm(Protocol):
     def plan_grasps(self, block: Block) -> GraspTask:
         """Look for grasps of a block; fails with NO_MOTION_PLAN if there is none."""
 
-    def follow(self, trajectory: JointTrajectory) -> Task:
+    def plan_place(self, tools: Sequence[FloatArray], *, above: float, width: float) -> PlaceTask:
+        """Look for a place where the block in the hand can be put down, and for the way above it.
+
+        It fails with NO_MOTION_PLAN if there is none.
+
+        Args:
+            tools: poses (4, 4) where the fingers may open, the best first.
+            above: metres over it from which the block is lowered in a straight line.
+            width: between the open fingers, metres.
+        """
+
+    def follow(self, trajectory: JointTrajectory, *, fixed: bool = True) -> Task:
         """Move along a trajectory that begins where the arm is and ends at rest.
+
+        Args:
+            trajectory: the way.
+            fixed: whether this way is meant; else another one to its end is planned if something
+                stays in it.
 
         Raises:
             ParameterError: it begins elsewhere, goes beyond the limits of a joint or its speed,

@@ -8,9 +8,10 @@ from types import MappingProxyType
 import numpy as np
 
 from stack.frames.tree import lifted
-from stack.navigation.capabilities.arm import JOINTS, StackArm
+from stack.navigation.capabilities.arm import StackArm
 from stack.navigation.capabilities.gripper import GRIPPER
 from stack.navigation.capabilities.limbs import ArmStage
+from stack.navigation.capabilities.motion_watch import JOINTS
 from stack.telemetry.records import AROUND_ARM, Layer, SceneShape
 from stack.types import (
     ArmView,

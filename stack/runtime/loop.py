@@ -296,10 +296,10 @@ class Runtime:
 
     @property
     def limitations(self) -> tuple[Limitation, ...]:
-        """Why navigation, safety stage and doubt about the pose limit the velocity now."""
+        """Why navigation, safety stage, doubt about the pose, and the arm limit the motion now."""
         navigator = self.parts.navigator
         waits = navigator.limitation if self._navigates else None
-        every = (self.command.limitation, navigator.doubt, waits)
+        every = (self.command.limitation, navigator.doubt, waits, self.parts.limbs.limitation)
         by_cause = {one.cause: one for one in reversed(every) if one is not None}
         return tuple(one for one in every if one is not None and by_cause[one.cause] is one)
 

@@ -12,6 +12,7 @@ from stack.types.arms import (
     JointState,
     JointTrajectory,
     LinkJoint,
+    PlacePlan,
 )
 from stack.types.camera import CameraModel, CameraState
 from stack.types.detections import (
@@ -184,6 +185,7 @@ __all__ = [
     "Odometry",
     "PointCloud",
     "Path",
+    "PlacePlan",
     "PlaceSighting",
     "Pose2D",
     "HealthThresholds",

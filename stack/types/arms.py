@@ -142,6 +142,19 @@ class GraspPlan:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class PlacePlan:
+    """A place for the block in the hand.
+
+    Attributes:
+        tool: pose (4, 4) where the fingers open, in the arm's base link, metres.
+        way: motion from the begin of the plan to where the block is lowered in a straight line.
+    """
+
+    tool: FloatArray
+    way: JointTrajectory
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Block:
     """A box of one colour that stands on something level.
 

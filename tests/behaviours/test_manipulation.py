@@ -15,10 +15,11 @@ from behaviours._arm.poses import ToolPose
 from behaviours.manipulation.close_gripper import CloseGripper
 from behaviours.manipulation.detect_blocks import DetectBlocks
 from behaviours.manipulation.home_arm import HomeArm
+from behaviours.manipulation.look_at import LookAt, Point, looking_at
 from behaviours.manipulation.move_arm import MoveArm
 from behaviours.manipulation.open_gripper import OpenGripper
 from behaviours.manipulation.pick import ELSEWHERE, LOOK, Pick
-from behaviours.manipulation.place import Place
+from behaviours.manipulation.place import PLACES, Place
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.errors import ParameterError
 from stack.geometry.rotations import from_angles
@@ -304,8 +305,8 @@ class TestPick:
         assert robot.arm.held is None
 
 
-PLACED = ["move_tool", "move_tool", "move", "move_tool"]
-"""Steps of a place: above, down, open, up."""
+PLACED = ["plan_place", "follow", "move_tool", "move", "move_tool"]
+"""Steps of a place: look for one, above, down, open, up."""
 
 
 class TestPlace:
@@ -314,12 +315,13 @@ class TestPlace:
         fingers(robot, 0.05, 30.0)
         assert answer(Place(on="the tray"), robot) is Status.SUCCESS
         assert names(robot) == PLACED
-        above, down, up = (given for name, given in robot.calls if name == "move_tool")
+        down, up = (given for name, given in robot.calls if name == "move_tool")
         # The tool is 5 mm below the middle of the block; tray 2 cm, half a block, 4 mm of drop.
         assert down["pose"][:3, 3] == pytest.approx([0.55, 0.40, 0.02 + 0.025 + 0.004 - 0.005])
-        assert above["pose"][2, 3] - down["pose"][2, 3] == pytest.approx(0.1)
-        assert (above["straight"], down["straight"], up["straight"]) == (False, True, True)
-        assert robot.calls[2][1]["width"] == pytest.approx(0.066)  # 8 mm more on each side
+        assert up["pose"][2, 3] - down["pose"][2, 3] == pytest.approx(0.1)
+        assert down["straight"] and up["straight"]
+        wide = [robot.calls[step][1]["width"] for step in (0, 2, 3)]
+        assert wide == pytest.approx([0.066] * 3)  # 8 mm more on each side
         assert robot.arm.held is None
 
     def test_on_a_block(self, robot):
@@ -327,44 +329,47 @@ class TestPlace:
         robot.arm.held = block(0.5, -0.1, 0.025)
         fingers(robot, 0.05, 30.0)
         assert answer(Place(block="green"), robot) is Status.SUCCESS
-        down = robot.calls[1][1]["pose"]
+        down = robot.calls[2][1]["pose"]
         assert down[:3, 3] == pytest.approx([0.6, 0.1, 0.05 + 0.025 + 0.004 - 0.005])
 
-    def test_other_turns_are_tried(self, robot):
+    def test_the_first_free_place_is_taken_and_other_turns_are_among_them(self, robot):
         robot.arm.held = block(0.5, -0.1)
         fingers(robot, 0.05, 30.0)
-        behaviour = Place(on="the tray")
-        tick(behaviour, robot)
-        robot.task.fail(FailureCode.UNREACHABLE, "out of reach")
-        assert answer(behaviour, robot) is Status.SUCCESS
-        first, second = (given["pose"] for _, given in robot.calls[:2])
+        robot.arm.free_place = 1
+        assert answer(Place(on="the tray"), robot) is Status.SUCCESS
+        first, second, *_ = robot.calls[0][1]["tools"]
         assert second[:3, :3] == pytest.approx(
             from_angles((0, 0, 0), (0, 0, pi / 2))[:3, :3] @ first[:3, :3], abs=1e-12
         )
+        assert robot.calls[2][1]["pose"] is second and robot.arm.held is None
 
-    def test_a_place_without_room_to_open_the_fingers_is_replaced(self, robot):
+    def test_no_place_to_which_the_arm_comes(self, robot):
         robot.arm.held = block(0.5, -0.1)
         fingers(robot, 0.05, 30.0)
+        robot.arm.free_place = PLACES
+        behaviour = Place(on="the tray")
+        assert answer(behaviour, robot) is Status.FAILURE
+        assert behaviour.failure.code == FailureCode.NO_MOTION_PLAN
+        assert names(robot) == ["plan_place"] and robot.arm.held is not None
+
+    @pytest.mark.parametrize("steps", [1, 2])
+    def test_a_block_that_is_lost_on_the_way(self, robot, steps):
+        """After so many steps of a place: before it looks for one, and above it."""
+        robot.arm.held = block(0.5, -0.1)
+        fingers(robot, 0.05, 30.0 if steps > 1 else 0.0)
         behaviour = Place(on="the tray")
         tick(behaviour, robot)
-        robot.task.succeed()  # above
-        tick(behaviour, robot)
-        name, given = robot.calls[-1]
-        assert (name, given["straight"]) == ("move_tool", True)
-        assert given["width"] == pytest.approx(0.066)
-        robot.task.fail(FailureCode.NO_MOTION_PLAN, "panda_leftfinger touches red block")
-        assert answer(behaviour, robot) is Status.SUCCESS
-        assert names(robot) == ["move_tool", "move_tool", *PLACED] and robot.arm.held is None
+        fingers(robot, 0.0, 40.0)
+        if steps > 1:
+            robot.task.succeed()
+            tick(behaviour, robot)
+        assert behaviour.failure.code == FailureCode.SLIPPED
+        assert robot.arm.held is None
 
-    def test_an_empty_hand_and_a_lost_block(self, robot):
+    def test_an_empty_hand(self, robot):
         behaviour = Place(on="the tray")
         assert tick(behaviour, robot) is Status.FAILURE
         assert behaviour.failure.code == FailureCode.MISSED
-        robot.arm.held = block(0.5, -0.1)
-        fingers(robot, 0.0, 40.0)
-        assert answer(behaviour, robot) is Status.FAILURE
-        assert behaviour.failure.code == FailureCode.SLIPPED
-        assert robot.arm.held is None
 
     def test_a_block_to_put_it_on_that_was_not_detected(self, robot):
         robot.arm.held = block(0.5, -0.1)
@@ -411,3 +416,58 @@ def test_the_middle_is_taken_first():
     assert places[0] == pytest.approx((0.55, 0.4, 0.02, 0.0))
     apart = [np.hypot(x - 0.55, y - 0.4) for x, y, _, _ in places]
     assert np.diff(apart).min() > -1e-9
+
+
+angles = st.floats(-3.0, 3.0)
+
+
+@given(
+    st.tuples(*[st.floats(-1.0, 1.0)] * 3), st.floats(0.1, 1.0), angles, st.floats(-1.5, 1.5),
+    angles,
+)  # fmt: skip
+def test_the_point_is_in_the_middle_of_the_picture(target, distance, azimuth, elevation, roll):
+    view = looking_at(np.array(target), distance, azimuth, elevation, roll)
+    assert np.linalg.det(view[:3, :3]) == pytest.approx(1.0)
+    seen = np.linalg.inv(view) @ np.array([*target, 1.0])
+    assert seen[:3] == pytest.approx((0.0, 0.0, distance), abs=1e-9)
+    upright = np.linalg.inv(looking_at(np.array(target), distance, azimuth, elevation, 0.0))
+    x, y = (upright @ np.array([*target[:2], target[2] + 0.1, 1.0]))[:2]
+    assert x == pytest.approx(0.0, abs=1e-9) and y <= 0.0, "what is higher is higher in it"
+
+
+class TestLookAt:
+    def test_at_a_block_with_a_camera_beside_the_tool(self, robot):
+        robot.arm.camera_in_tool = from_angles((0.06, 0.0, -0.08), (0.0, 0.0, 0.0))
+        robot.arm.see([block(0.5, -0.1)])
+        assert answer(LookAt(block="red", distance=0.3, elevation=pi / 2), robot) is Status.SUCCESS
+        [(name, given)] = robot.calls
+        eye = given["pose"] @ robot.arm.camera_in_tool
+        assert name == "move_tool" and not given["straight"]
+        assert eye[:3, 3] == pytest.approx((0.5, -0.1, 0.025 + 0.3))
+        assert eye[:3, 2] == pytest.approx((0.0, 0.0, -1.0))
+
+    def test_the_camera_is_on_the_side_of_the_arm(self, robot):
+        tick(LookAt(point=Point(x=1.0, z=0.3), distance=0.5, elevation=0.0), robot)
+        [(_, given)] = robot.calls
+        assert given["pose"][:3, 3] == pytest.approx((0.5, 0.0, 0.3))
+        assert given["pose"][:3, 2] == pytest.approx((1.0, 0.0, 0.0))
+
+    def test_other_turns_are_tried_unless_one_is_wanted(self, robot):
+        for roll, tried in ((None, 4), (0.0, 1)):
+            robot.calls.clear()
+            behaviour = LookAt(point=Point(x=0.5), roll=roll)
+            while tick(behaviour, robot) is Status.RUNNING:
+                robot.task.fail(FailureCode.UNREACHABLE, "out of reach")
+            assert behaviour.failure.code == FailureCode.UNREACHABLE
+            assert len(robot.calls) == tried
+
+    def test_without_a_block_or_a_camera(self, robot):
+        behaviour = LookAt(block="red")
+        assert tick(behaviour, robot) is Status.FAILURE
+        assert behaviour.failure.code == FailureCode.OBJECT_NOT_FOUND
+        robot.arm.camera_in_tool = None
+        behaviour = LookAt(point=Point())
+        assert tick(behaviour, robot) is Status.FAILURE
+        assert behaviour.failure.code == FailureCode.UNSUPPORTED
+        with pytest.raises(ParameterError, match="exactly one of point and block"):
+            tick(LookAt(), robot)

@@ -148,7 +148,9 @@ def build(  # noqa: PLR0913 - the optional ones by keyword
     around = Surroundings(
         tuple(boxes_of(plan.world).values()), others_of(plan.world), reach_of(plan.robot)
     )
-    limbs = ArmStage(plan.robot, now, plans, around)
+    limbs = ArmStage(
+        plan.robot, now, plans, around, perceiver.depth_camera, emitter(telemetry, "arm")
+    )
     given = DrivingInput(
         perceiver, grid, maps, now, emit, log, limbs, holdups.sentence, body.is_real_time
     )

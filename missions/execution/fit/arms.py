@@ -23,8 +23,8 @@ from stack.types import Pose2D
 FLOOR = 0.1
 """Thickness of the floor, metres."""
 
-VALUE = "E132"
-"""The code of a value of a port."""
+VALUE, UNSEEN = "E132", "W152"
+"""The codes of a value of a port, and of a block that nothing finds."""
 
 
 def boxes_of(world: World) -> Mapping[str, SceneObject]:
@@ -68,6 +68,7 @@ def _standing(name: str, shape: Box | Cylinder, at: Pose2D) -> SceneObject:
 
 def arm_findings(mission: Mission, robot: RobotDescription, world: World) -> Iterator[Finding]:
     """Yield errors of behaviours that name what robot or world do not have."""
+    yield from unseen_blocks(mission)
     boxes = boxes_of(world)
     for step in every_leaf(mission):
         wrong = list(_goals(step))
@@ -79,6 +80,22 @@ def arm_findings(mission: Mission, robot: RobotDescription, world: World) -> Ite
         if "arm" in step.behaviour.needs and not PINOCCHIO.is_installed:
             sentence = f"{step.kind} needs {PINOCCHIO.absence}"
             yield Finding(step.mark, MISSING_PACKAGE, sentence, PINOCCHIO.hint)
+
+
+def unseen_blocks(mission: Mission) -> Iterator[Finding]:
+    """Yield warnings of behaviours that use a block which was found, if nothing finds any.
+
+    A behaviour of a plugin may do so.
+    """
+    leaves = list(every_leaf(mission))
+    if any(leaf.behaviour.finds_blocks or not leaf.behaviour.is_built_in for leaf in leaves):
+        return
+    for leaf in leaves:
+        port = leaf.behaviour.block_port
+        value = leaf.ports.get(port)
+        if port and (value is None or (isinstance(value, Constant) and value.value is None)):
+            sentence = f"{leaf.kind} knows no block: nothing in the mission finds any"
+            yield Finding(leaf.mark, UNSEEN, sentence, f"use detect_blocks before it, or `{port}`")
 
 
 def _goals(step: LeafStep) -> Iterator[Finding]:

@@ -4,7 +4,8 @@
     inputs/        the files, in the places that they had relative to each other; files of treepilot
                    itself in inputs/treepilot
 
-Of a file above LARGEST only digest and place are kept.
+Of a file of an installed Python package, such as the meshes of pybullet_data, only digest and name
+are kept: a repetition reads it there, too. Of a file above LARGEST only digest and place are kept.
 """
 
 from __future__ import annotations
@@ -16,18 +17,20 @@ from dataclasses import asdict, dataclass, replace
 from hashlib import file_digest
 from pathlib import Path
 from shutil import copyfile
+from sysconfig import get_path
 from typing import Any
 
 from missions.execution.prepare import PreparedMission
 from missions.execution.records.plan_facts import FACTS, LIST, facts_of
 from missions.execution.resources import MISSIONS, versions
 from missions.run_options import RunOptions
+from robots.urdf.packages import python_package
 from stack.documents.files import JSON_BYTES, read_bytes
 from stack.errors import InputError
 from stack.telemetry.recorder import RunFolder
 
 FORMAT = 1
-COPIES, SHIPPED = "inputs", "treepilot"
+COPIES, SHIPPED, PACKAGE = "inputs", "treepilot", "packages"
 
 REPEATS = "repeats"
 """Folder of the repetitions of a run, in its folder."""
@@ -47,6 +50,9 @@ CHOSEN = (
 PACKAGES = tuple(MISSIONS.parent / name for name in ("missions", "robots", "behaviours", "stack"))
 """Folders of treepilot."""
 
+INSTALLED = Path(get_path("purelib")).resolve()
+"""Folder of installed Python packages."""
+
 
 @dataclass(frozen=True, slots=True)
 class InputFile:
@@ -56,11 +62,13 @@ class InputFile:
         path: relative to the folder of the copies.
         sha256: digest of its content.
         source: where it is, of a file that is too large to be copied; else empty.
+        package: name of the installed package that has it, and that is not copied; else empty.
     """
 
     path: str
     sha256: str
     source: str = ""
+    package: str = ""
 
 
 def keep_inputs(
@@ -115,7 +123,7 @@ class Copies:
 
     def __init__(self, files: set[Path]) -> None:
         self.files = files
-        own = [file.parent for file in files if not _is_shipped(file)]
+        own = [file.parent for file in files if not (_is_shipped(file) or _package_of(file))]
         self._base = Path(os.path.commonpath(own)) if own else MISSIONS.parent
 
     def name_of(self, file: Path) -> str:
@@ -123,11 +131,15 @@ class Copies:
         file = _resolved(file)
         if _is_shipped(file):
             return f"{SHIPPED}/{file.relative_to(MISSIONS.parent).as_posix()}"
+        if _package_of(file):
+            return f"{PACKAGE}/{file.resolve().relative_to(INSTALLED).as_posix()}"
         return file.relative_to(self._base).as_posix()
 
     def keep(self, folder: RunFolder, file: Path) -> InputFile:
-        """Copy a file unless it is too large."""
+        """Copy a file unless an installed package has it, or it is too large."""
         name, digest = self.name_of(file), _digest(file)
+        if package := _package_of(file):
+            return InputFile(name, digest, package=package)
         if file.stat().st_size > LARGEST:
             return InputFile(name, digest, str(file))
         target = folder.path / COPIES / name
@@ -167,6 +179,16 @@ class Copies:
 
 def _is_shipped(file: Path) -> bool:
     return any(file.is_relative_to(package) for package in PACKAGES)
+
+
+def _package_of(file: Path) -> str:
+    """Return the installed Python package that has a file; empty for none and for treepilot."""
+    real = file.resolve()
+    if _is_shipped(file) or not real.is_relative_to(INSTALLED):
+        return ""
+    name = real.relative_to(INSTALLED).parts[0]
+    is_package = any(folder.resolve() == INSTALLED / name for folder in python_package(name))
+    return name if is_package else ""
 
 
 def _resolved(file: Path) -> Path:
@@ -242,6 +264,9 @@ class RunInputs:
                 continue
             if file.is_relative_to(copies):
                 found.append(f"{COPIES}/{file.relative_to(copies)} has been changed")
+            elif package := _package_of(file):
+                name = file.resolve().relative_to(INSTALLED)
+                found.append(f"{name} of the package {package} has changed")
             elif _is_shipped(file):
                 found.append(f"{file.relative_to(MISSIONS.parent)} of treepilot has changed")
             else:

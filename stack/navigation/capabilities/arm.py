@@ -5,11 +5,10 @@ A newer motion of the arm cancels the older one; the gripper moves by itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -20,51 +19,47 @@ from stack.frames.links import RobotLinks
 from stack.frames.tree import inverse, lifted
 from stack.lifecycle import Timers
 from stack.manipulation.scene import Scene
-from stack.navigation.capabilities.gripper import GRIPPER, PATIENCE
+from stack.navigation.capabilities.arm_motion import ArmMotion
+from stack.navigation.capabilities.gripper import GRIPPER
+from stack.navigation.capabilities.motion_watch import JOINTS, MotionWatch
 from stack.navigation.capabilities.surroundings import Surroundings
-from stack.navigation.capabilities.trajectory_check import ARRIVED, check_trajectory
-from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_pose
-from stack.navigation.plans.deferred import Deferred
-from stack.navigation.tasks import MotionTask
+from stack.navigation.capabilities.trajectory_check import check_trajectory
+from stack.navigation.plans.arm_plans import ArmPlans, Job, to_grasp, to_joints, to_place, to_pose
+from stack.navigation.tasks import Emit, MotionTask
 from stack.parameters import suggestion
+from stack.perception.camera_lease import CameraLease
 from stack.robot import Arm
 from stack.types import (
     Block,
     CurrentStep,
-    Failure,
     FailureCode,
     FloatArray,
     GraspPlan,
     GripperState,
     JointState,
     JointTrajectory,
+    Limitation,
     Perceived,
+    PlacePlan,
 )
 
-JOINTS = "joints"
-"""Name of the measurement."""
+LOST = 0.5
+"""Share of the width of a held block below which the fingers do not hold it any more."""
 
 AT_HOME = 0.1
 """Distance of each joint from `home` up to which the base may drive, rad or m."""
-
-STANDS_WITHIN = 10.0
-"""Seconds in which arm and base come to rest before a motion: a heavy base needs some."""
-
-
-@dataclass
-class _Planning:
-    """A task that waits for a plan; the job is submitted once the arm stands."""
-
-    task: MotionTask
-    job: Job[Any]
-    use: Callable[[Any], None]
-    answer: Deferred[Any] | None = None
 
 
 class PlannedGrasps(MotionTask):
     """A search for grasps."""
 
     grasps: tuple[GraspPlan, ...] = ()
+
+
+class PlannedPlace(MotionTask):
+    """A search for a place."""
+
+    place: PlacePlan | None = None
 
 
 class StackArm(Arm):
@@ -76,6 +71,8 @@ class StackArm(Arm):
         timers: stand still while the arm is held.
         plans: of its motions.
         around: what it must not touch.
+        lease: keeps the depth cameras on.
+        emit: called with (kind, text, level="info", **fields) for each event.
 
     Attributes:
         description: of the arm.
@@ -84,21 +81,19 @@ class StackArm(Arm):
         grasps: the last ones that were found, until a block is held.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it is connected with
         self, robot: RobotDescription, now: CurrentStep, timers: Timers, plans: ArmPlans,
-        around: Surroundings,
+        around: Surroundings, lease: CameraLease, emit: Emit,
     ) -> None:  # fmt: skip
         assert robot.arm is not None
-        self._timer = timers.new()
         self.description: ArmDescription = robot.arm
-        self._now, self.links = now, RobotLinks(robot.links, BASE)
-        self._plans, self.around = plans, around
+        self._now, self.links, self.around = now, RobotLinks(robot.links, BASE), around
         self.grasps: tuple[GraspPlan, ...] = ()
-        self._new: JointTrajectory | None = None
-        self._stops = False
-        self._planning: _Planning | None = None
-        self._motion: tuple[MotionTask, JointTrajectory] | None = None
-        self._waiting: tuple[MotionTask, JointTrajectory] | None = None
+        self._emit = emit
+        self._camera_in_tool = _camera_in_tool(robot, robot.arm.tool_link, self.links)
+        cameras = tuple(robot.depth_cameras)
+        watch = MotionWatch(cameras, robot.arm, self._places, plans, lease)
+        self._motion = ArmMotion(robot.arm, now, timers, plans, watch, self._scene)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -118,6 +113,10 @@ class StackArm(Arm):
         if in_base is None:
             return None
         return inverse(self.base_from_link) @ in_base
+
+    @property
+    def camera_in_tool(self) -> FloatArray | None:
+        return self._camera_in_tool
 
     @property
     def tool_in_base(self) -> FloatArray | None:
@@ -164,10 +163,14 @@ class StackArm(Arm):
         else:
             self.around.release(tool)
 
+    def tell(self, did: str, text: str, **fields: float | str) -> None:
+        level = "warning" if did == "lost" else "info"
+        self._emit("arm", text, level=level, did=did, **fields)
+
     @property
     def is_busy(self) -> bool:
         """Whether a motion or a search for grasps is planned or under way."""
-        return any(it is not None for it in (self._planning, self._waiting, self._motion))
+        return self._motion.is_busy
 
     @property
     def is_at_home(self) -> bool:
@@ -175,13 +178,13 @@ class StackArm(Arm):
         joints, home = self.joints, self.description.postures[HOME]
         return joints is not None and bool(np.abs(joints.positions - home).max() < AT_HOME)
 
-    def follow(self, trajectory: JointTrajectory) -> MotionTask:
+    def follow(self, trajectory: JointTrajectory, *, fixed: bool = True) -> MotionTask:
         check_trajectory(trajectory, self.description, self.joints)
-        self.cancel("a newer motion of the arm")
-        task = MotionTask("move the arm", self._ended)
-        self._waiting = task, trajectory
-        self._timer.start(self._now.perceived.time)
-        self._begin_once_standing(self._now.perceived)
+        task = MotionTask("move the arm", self._motion.ended)
+        end = trajectory.positions[-1]
+        self._motion.follow(
+            task, trajectory, None if fixed else partial(to_joints, goal=end, speed=1.0)
+        )
         return task
 
     def move_joints(self, positions: FloatArray, *, speed: float = 1.0) -> MotionTask:
@@ -189,8 +192,7 @@ class StackArm(Arm):
         if goal.shape != (len(self.joint_names),):
             wanted = f"expected {len(self.joint_names)} positions, got an array {goal.shape}"
             raise ParameterError("positions", wanted)
-        return self._plan(MotionTask("move the arm", self._ended),
-                          partial(to_joints, goal=goal, speed=speed))  # fmt: skip
+        return self._plan("move the arm", partial(to_joints, goal=goal, speed=speed))
 
     def move_to_posture(self, name: str, *, speed: float = 1.0) -> MotionTask:
         if name not in self.postures:
@@ -207,74 +209,70 @@ class StackArm(Arm):
             to_pose, goal=pose.copy(), straight=straight, touching=tuple(names), width=width,
             speed=speed,
         )  # fmt: skip
-        return self._plan(MotionTask("move the tool", self._ended), job)
+        return self._plan("move the tool", job)
 
     def plan_grasps(self, block: Block) -> PlannedGrasps:
-        task = PlannedGrasps("look for grasps", self._ended)
+        task = PlannedGrasps("look for grasps", self._motion.ended)
 
         def keep(found: tuple[GraspPlan, ...]) -> None:
             task.grasps = self.grasps = found
             task.succeed(f"{len(found)} grasps")
 
-        self._plan(task, partial(to_grasp, block=self._name_of(block)), keep)
+        self._motion.plan(task, partial(to_grasp, block=self._name_of(block)), keep)
+        return task
+
+    def plan_place(
+        self, tools: Sequence[FloatArray], *, above: float, width: float
+    ) -> PlannedPlace:
+        task = PlannedPlace("look for a place", self._motion.ended)
+
+        def keep(found: PlacePlan) -> None:
+            task.place = found
+            task.succeed("a place")
+
+        job = partial(to_place, tools=tuple(tools), above=above, width=width)
+        self._motion.plan(task, job, keep)
         return task
 
     def cancel(self, why: str = "cancelled") -> None:
         """Cancel the motion; the arm stops."""
-        for begun in (self._motion, self._waiting):
-            if begun is not None:
-                begun[0].cancel(why)
-        if self._planning is not None:
-            self._planning.task.cancel(why)
+        self._motion.cancel(why)
 
     def step(self, perceived: Perceived, *, held: bool) -> tuple[JointTrajectory | None, bool]:
         """Follow the task; return a new trajectory, and whether the arm shall stop."""
-        if not held:
-            self._prepare(perceived)
-            self._begin_once_standing(perceived)
-        new, self._new = self._new, None
-        if new is None and self._motion is not None:
-            self._watch(*self._motion, perceived)
-        stops, self._stops = self._stops, False
-        return new, stops
+        self._watch_hand(perceived)
+        return self._motion.step(perceived, held=held)
 
     @property
     def motion(self) -> JointTrajectory | None:
         """What it moves along now; None while it rests or plans."""
-        return None if self._motion is None else self._motion[1]
+        return self._motion.trajectory
 
-    def _plan(
-        self, task: MotionTask, job: Job[Any], use: Callable[[Any], None] | None = None
-    ) -> MotionTask:
-        self.cancel("a newer motion of the arm")
-        self._planning = _Planning(task, job, use or partial(self._begin, task))
-        self._timer.start(self._now.perceived.time)
-        task.report("planning", 0.0)
+    @property
+    def waits(self) -> bool:
+        """Whether it stands on its way because something is in it."""
+        return self._motion.waits
+
+    @property
+    def limitation(self) -> Limitation | None:
+        """Why it stands although it wants to move; None if it does not."""
+        return self._motion.limitation
+
+    def _watch_hand(self, perceived: Perceived) -> None:
+        """Stop a motion when the fingers close because the block between them is lost."""
+        held, fingers = self.around.held, perceived.newest(GRIPPER, GripperState)
+        if held is None or fingers is None or self.motion is None:
+            return
+        if fingers.width < LOST * held.width:
+            self.around.lose()
+            sentence = f"the {held.block.colour} block was lost"
+            self.tell("lost", sentence, colour=held.block.colour)
+            self._motion.fail(FailureCode.SLIPPED, sentence)
+
+    def _plan(self, what: str, job: Job[JointTrajectory]) -> MotionTask:
+        task = MotionTask(what, self._motion.ended)
+        self._motion.plan(task, job)
         return task
-
-    def _prepare(self, perceived: Perceived) -> None:
-        """Ask for the plan once arm and base stand; use it when it is due."""
-        planning, now = self._planning, perceived.time
-        if planning is None:
-            return
-        if planning.answer is None:
-            joints = perceived.newest(JOINTS, JointState)
-            if joints is None:
-                self._keep_waiting(planning.task, "the joints are not measured", now)
-            elif not joints.stands:
-                self._keep_waiting(planning.task, "the arm does not come to rest", now)
-            elif not perceived.motion.twist.stands:
-                self._keep_waiting(planning.task, "the base does not come to rest", now)
-            else:
-                scene = self._scene(perceived)
-                planning.answer = self._plans.ask(planning.job, joints.positions, scene, now)
-            return
-        answer = planning.answer.result(now)
-        if isinstance(answer, Failure):
-            planning.task.fail(answer.code, answer.sentence)
-        elif answer is not None:
-            self._planning = None
-            planning.use(answer)
 
     def _scene(self, perceived: Perceived) -> Scene:
         """Return what surrounds the arm, in the frame of its base link."""
@@ -284,27 +282,6 @@ class StackArm(Arm):
             self._link_from_map, inverse(self._odom_from_link),
             None if fingers is None else fingers.width, (place, float(spread[2, 2]) ** 0.5),
         )  # fmt: skip
-
-    def _begin_once_standing(self, perceived: Perceived) -> None:
-        """Begin a motion that needs no plan if the base stands."""
-        if self._waiting is None:
-            return
-        task, trajectory = self._waiting
-        if perceived.motion.twist.stands:
-            self._waiting = None
-            self._begin(task, trajectory)
-        else:
-            self._keep_waiting(task, "the base does not come to rest", perceived.time)
-
-    def _keep_waiting(self, task: MotionTask, why: str, now: float) -> None:
-        """Fail a task that has waited too long for arm and base to stand."""
-        if self._timer.elapsed(now) > STANDS_WITHIN:
-            task.fail(FailureCode.NO_PROGRESS, f"{why} within {STANDS_WITHIN:g} s")
-
-    def _begin(self, task: MotionTask, trajectory: JointTrajectory) -> None:
-        self._timer.start(self._now.perceived.time)
-        self._motion = task, trajectory
-        self._new, self._stops = trajectory, False
 
     @property
     def base_from_link(self) -> FloatArray:
@@ -331,31 +308,21 @@ class StackArm(Arm):
         """Return the name of a block, base link."""
         return self.around.name_of(_moved(block, self._odom_from_link))
 
-    def _watch(self, task: MotionTask, trajectory: JointTrajectory, perceived: Perceived) -> None:
-        joints, elapsed = perceived.newest(JOINTS, JointState), self._timer.elapsed(perceived.time)
-        assert joints is not None, "every motion begins at measured positions"
-        left = max(0.0, trajectory.duration - elapsed)
-        task.report(f"{left:.1f} s to go", 0.0)
-        errors = np.abs(joints.positions - trajectory.positions[-1])
-        if joints.problem:
-            task.fail(FailureCode.ARM_COLLISION, joints.problem)
-        elif left == 0.0 and errors.max() < ARRIVED and joints.stands:
-            task.succeed("arrived")
-        elif elapsed > trajectory.duration + PATIENCE:
-            worst = int(errors.argmax())
-            name, off = self.joint_names[worst], float(errors[worst])
-            task.fail(FailureCode.NO_PROGRESS, f"{name} is still {off:.3f} from its goal")
-
-    def _ended(self, task: MotionTask) -> None:
-        if self._planning is not None:
-            if self._planning.answer is not None:
-                self._planning.answer.drop()
-            self._planning = None
-        self._waiting = None
-        if self._motion is not None:
-            self._motion, self._new, self._stops = None, None, True
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        return inverse(self.base_from_link), self._odom_from_link
 
 
 def _moved(block: Block, transform: FloatArray) -> Block:
     """Return a block in another frame, given the transform (4, 4) from its own."""
     return replace(block, pose=transform @ block.pose)
+
+
+def _camera_in_tool(robot: RobotDescription, tool: str, links: RobotLinks) -> FloatArray | None:
+    """Return the pose (4, 4) in the tool of a camera that moves with it; None without one."""
+    for camera in (robot.camera, *robot.depth_cameras.values()):
+        if camera is None or not camera.link:
+            continue
+        if links.chain(camera.link).names == links.chain(tool).names:
+            in_base = links.pose(camera.link, {}) @ camera.model.base_from_optical()
+            return inverse(links.pose(tool, {})) @ in_base
+    return None

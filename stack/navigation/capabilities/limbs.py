@@ -8,12 +8,14 @@ from typing import NamedTuple
 from stack.drivetrain.arm_description import HOME
 from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
-from stack.navigation.capabilities.arm import JOINTS, StackArm
+from stack.navigation.capabilities.arm import StackArm
 from stack.navigation.capabilities.gripper import StackGripper
+from stack.navigation.capabilities.motion_watch import JOINTS
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.motion_stage import DriveInterlock
 from stack.navigation.plans.arm_plans import ArmPlans
-from stack.navigation.tasks import MotionTask
+from stack.navigation.tasks import Emit, MotionTask
+from stack.perception.camera_lease import CameraLease
 from stack.types import (
     CurrentStep,
     Failure,
@@ -48,15 +50,17 @@ class ArmStage(DriveInterlock):
         now: what the step has perceived.
         plans: of the arm.
         around: what the arm must not touch.
+        lease: keeps the depth cameras on, which watch the way of the arm.
+        emit: called with (kind, text, level="info", **fields) for each event.
 
     Attributes:
         arm: None without one.
         gripper: None without one.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it is connected with
         self, robot: RobotDescription, now: CurrentStep, plans: ArmPlans,
-        around: Surroundings,
+        around: Surroundings, lease: CameraLease, emit: Emit,
     ) -> None:  # fmt: skip
         self._timers, self._plans = Timers(), plans
         self._homing: tuple[MotionTask, MotionTask] | None = None
@@ -64,7 +68,7 @@ class ArmStage(DriveInterlock):
         has_gripper = robot.arm is not None and robot.arm.gripper is not None
         self.arm = None
         if robot.arm is not None:
-            self.arm = StackArm(robot, now, self._timers, plans, around)
+            self.arm = StackArm(robot, now, self._timers, plans, around, lease, emit)
         self.gripper = StackGripper(robot, now, self._timers) if has_gripper else None
 
     def step(self, perceived: Perceived, *, held: bool) -> ArmOrders:
@@ -73,7 +77,12 @@ class ArmStage(DriveInterlock):
             return ArmOrders()
         trajectory, stops = self.arm.step(perceived, held=held)
         gripper = None if self.gripper is None else self.gripper.step(perceived)
-        return ArmOrders(trajectory, gripper, held, stops)
+        return ArmOrders(trajectory, gripper, held or self.arm.waits, stops)
+
+    @property
+    def limitation(self) -> Limitation | None:
+        """Why the arm stands although it wants to move; None if it does not."""
+        return None if self.arm is None else self.arm.limitation
 
     def reserve(self, claims: Iterable[tuple[str, ...]]) -> None:
         """Keep the arm for behaviours that are running; call before the base moves in a step.

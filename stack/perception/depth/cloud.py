@@ -8,6 +8,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.voxels import voxel_keys
 from stack.types import CameraModel, DepthImage, FloatArray, PointCloud
 
 WIDEST = 320
@@ -55,13 +56,6 @@ def rays(camera: CameraModel) -> FloatArray:
     found: FloatArray = optical @ camera.base_from_optical()[:3, :3].T
     found.setflags(write=False)
     return found
-
-
-def voxel_keys(points: FloatArray, side: float) -> NDArray[np.int64]:
-    """Return (n,) one number per voxel of points (n, 3 or more); within 50 km of the origin."""
-    cells = np.floor(points[:, :3] * (1.0 / side)).astype(np.int64) + (1 << 20)
-    keys: NDArray[np.int64] = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
-    return keys
 
 
 def voxel_means(points: FloatArray, side: float, least: int) -> FloatArray:

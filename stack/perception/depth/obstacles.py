@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
 from stack.geometry.polygons import points_inside
-from stack.perception.depth.cloud import rays, used_pixels, voxel_keys, voxel_means
+from stack.geometry.voxels import voxel_keys
+from stack.perception.depth.cloud import rays, used_pixels, voxel_means
 from stack.perception.depth.parameters import DepthParameters
 from stack.types import (
     NO_DEPTH,

@@ -224,3 +224,29 @@ def test_an_arm_is_refused_on_a_rover(folder):
 def test_kernels_that_drive_are_not_compiled_for_an_arm(folder):
     plan = diagnose(mission(folder, "run: {say: a}\n"), RunOptions()).plan
     assert set(kernels_of(plan)) == {"sensors", "perception", "arm"}
+
+
+PICK = "{pick: {colour: red}}"
+SHARED = "trees:\n  look: {do: {detect_blocks: {}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("run", "is_warned"),
+    [
+        (PICK, True),
+        (f"{{sequence: [{PICK}, place: {{on: the tray}}]}}", True),
+        ("{pick: {at: {x: 50 cm, z: 25 mm}}}", False),
+        (f"{{sequence: [detect_blocks: {{}}, {PICK}]}}", False),
+        (f"{{sequence: [use: look, {PICK}]}}\n{SHARED}", False),
+        (f"{PICK}\nevents: [{{look: {{when: time > 1 s, do: {{detect_blocks: {{}}}}}}}}]", False),
+        (f"{{sequence: [{PICK}, swing_arm: {{share: 1.0}}]}}\nplugins: [./arm_leaves.py]", False),
+    ],
+)  # fmt: skip
+def test_a_pick_of_a_block_that_nothing_finds_is_reported(tmp_path, folder, run, is_warned):
+    head = "mission: m\nrobot: panda_table\nworld: bench_top\n"
+    found = diagnose(mission(folder, f"run: {run}\n", head), RunOptions()).findings
+    warned = [item for item in found if item.code == "W152"]
+    assert bool(warned) is is_warned, found
+    if warned:
+        assert warned[0].sentence == "pick knows no block: nothing in the mission finds any"
+        assert warned[0].hint == "use detect_blocks before it, or `at`"

@@ -186,6 +186,25 @@ def test_a_shipped_mission_repeats_from_its_copy(tmp_path):
     assert again.report.log_sha256 == first.log_sha256
 
 
+@pytest.mark.slow
+def test_files_of_an_installed_package_are_named_and_not_copied(tmp_path):
+    """The meshes of the arm are 9.5 MB of pybullet_data."""
+    mission = tmp_path / "arm.yaml"
+    mission.write_text("mission: arm\nrobot: panda_eye\nworld: bench_board\nrun: {home_arm: {}}\n")
+    out = tmp_path / "run"
+    first = run_mission(mission, RunOptions(seed=3, out=out))
+    assert first.status == "success", first.reason
+    packaged = [file for file in read_inputs(out).files if file.package]
+    assert {file.package for file in packaged} == {"pybullet_data"}
+    assert "packages/pybullet_data/franka_panda/panda.urdf" in {file.path for file in packaged}
+    assert all(file.sha256 and not (out / "inputs" / file.path).exists() for file in packaged)
+    assert sum(file.stat().st_size for file in (out / "inputs").rglob("*.*")) < 100_000
+    pack(out, tmp_path / "arm.zip")
+    mission.unlink()
+    again = repeat_run(unpack(tmp_path / "arm.zip", tmp_path / "elsewhere"))
+    assert again.is_same, again.difference
+
+
 def test_a_run_without_inputs_is_refused(tmp_path):
     with pytest.raises(InputError, match="does not say what it was made of"):
         read_inputs(tmp_path)

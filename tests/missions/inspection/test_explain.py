@@ -8,6 +8,7 @@ import pytest
 from missions.inspection.explain import every_code, explanation
 from missions.language.codes import CODES
 from stack.errors import InputError
+from stack.types import FailureCode
 from tests.missions.mission_fakes import read_text
 
 ROOT = Path(__file__).parents[3]
@@ -35,6 +36,19 @@ def test_an_explanation_has_cause_example_and_fix():
     assert explanation("W208").startswith("W208 (warning): ")  # as `check` reports it
 
 
+def test_the_code_of_a_failure_is_explained_with_the_behaviours_that_have_it():
+    assert explanation("missed").splitlines() == [
+        "MISSED (failure)",
+        "",
+        "cause    the fingers have closed on nothing, or the hand holds no block",
+        "fix      detect the blocks again",
+        "from     close_gripper, pick, place",
+    ]
+    for code in FailureCode:
+        assert explanation(code).startswith(f"{code} (failure)\n\ncause    ")
+        assert code.meaning and code.remedy and FailureCode(str(code)) is code
+
+
 def test_an_unknown_code_names_the_nearest():
     with pytest.raises(InputError, match=r"did you mean 'E16[0-9]'"):
         explanation("E1600")
@@ -43,7 +57,7 @@ def test_an_unknown_code_names_the_nearest():
 OUTSIDE = {
     "E109", "E110", "E111", "E114", "E116", "E126", "E127", "E180", "E181", "E182", "E183", "E184",
     "W110", "W111", "W112", "W113", "W114", "W140", "W141", "W142", "W143", "W144", "W145", "W146",
-    "W115", "W147", "W148", "W149", "W150", "W151",
+    "W115", "W147", "W148", "W149", "W150", "W151", "W152",
 }  # fmt: skip
 """Codes that need options, other files, a world, a robot or an installation to provoke."""
 NEEDS = {

@@ -52,7 +52,10 @@ def _tables() -> dict[str, str]:
         "types": _table(("word", "type"), ((f"`{k}`", str(v)) for k, v in NAMED.items())),
         "units": _table(("SI unit", "accepted units"),
                         ((k, " ".join(v)) for k, v in by_dimension.items())),
-        "failures": ", ".join(f"`{code}`" for code in FailureCode),
+        "failures": _table(
+            ("code", "meaning", "what helps"),
+            ((f"`{code}`", code.meaning, code.remedy) for code in FailureCode),
+        ),
         "codes": _table(
             ("code", "about", "cause", "example", "fix"),
             ((f"`{code}`", item.title, item.cause, _example(item.example), item.fix)

@@ -154,3 +154,19 @@ def test_a_long_block_at_a_high_one_is_grasped_at_its_free_end():
     assert first.name == "from above, fingers along y"
     assert first.tool[0, 3] == pytest.approx(0.5 - (0.04 - PAD))
     assert found(flat)[0].tool[0, 3] == pytest.approx(0.5)
+
+
+def test_a_neighbour_higher_than_the_block_is_passed_by_a_tilted_hand():
+    """The block opens the fingers along its width only, and the hand, 20 cm wide, is lower at a
+    grasp than the neighbour 3 cm beside that side. A tilted grasp keeps the fingers at the faces.
+    """
+    item = block((0.08, 0.03, 0.04), yaw=0.0)
+    neighbour = block((0.04, 0.04, 0.08), y=0.1 + 0.015 + 0.03 + 0.02, yaw=0.0, name="neighbour")
+    options = found(item, neighbour)
+    assert {grasp.name for grasp in options} == {"from above, fingers along y, tilted"}
+    for grasp in options:
+        assert grasp.tool[:3, 1] == pytest.approx([0, np.sign(grasp.tool[1, 1]), 0])
+        tilt = np.degrees(np.arccos(-grasp.tool[2, 2]))
+        assert min(abs(tilt - 25.0), abs(tilt - 50.0)) < 1e-6
+        checks = Collisions(panda(), Scene((TABLE, neighbour), width=grasp.opening))
+        assert not any(map(checks.collides, grasp.approach))

@@ -145,7 +145,8 @@ class Rig:
         plans = ArmPlans(world.robot, 0, print, is_real_time=False)
         self.robot = StackRobot(
             self.base, self.localisation, self.map, self.perception, world, toy.now, ToyStore(),
-            toy.emit, ArmStage(world.robot, toy.now, plans, Surroundings(())),
+            toy.emit,
+            ArmStage(world.robot, toy.now, plans, Surroundings(()), CameraLease(), toy.emit),
         )  # fmt: skip
 
     def step(self, image=None):

@@ -7,11 +7,15 @@ import pytest
 
 from stack.errors import ParameterError
 from stack.lifecycle import Timers
-from stack.navigation.capabilities.arm import STANDS_WITHIN, StackArm
+from stack.navigation.capabilities.arm import StackArm
+from stack.navigation.capabilities.arm_motion import STANDS_WITHIN
 from stack.navigation.capabilities.surroundings import Surroundings
 from stack.navigation.plans.arm_plans import ArmPlans
+from stack.perception.camera_lease import CameraLease
 from stack.types import (
+    Block,
     CurrentStep,
+    GripperState,
     JointState,
     JointTrajectory,
     Odometry,
@@ -41,9 +45,13 @@ class Rig:
     """An arm whose records the test writes."""
 
     def __init__(self):
-        self.now = CurrentStep(record(0.0))
+        self.told, self.now = [], CurrentStep(record(0.0))
         self.plans = ArmPlans(PANDA, 1, print, is_real_time=False)
-        self.arm = StackArm(PANDA, self.now, Timers(), self.plans, Surroundings([]))
+        around, lease = Surroundings([]), CameraLease()
+        self.arm = StackArm(PANDA, self.now, Timers(), self.plans, around, lease, self._emit)
+
+    def _emit(self, kind, text, **fields):
+        self.told.append((kind, text, fields))
 
     def see(self, perceived):
         self.now.see(perceived)
@@ -128,3 +136,25 @@ def test_a_motion_that_stops_on_its_way_fails_after_its_time(rig):
 def test_a_trajectory_needs_two_rows(rig):
     with pytest.raises(ParameterError, match="at least 2 rows of 7 positions"):
         rig.arm.follow(JointTrajectory(np.zeros(1), HOME[np.newaxis], np.zeros((1, 7))))
+
+
+@pytest.mark.parametrize(("width", "lost"), [(0.05, False), (0.03, False), (0.001, True)])
+def test_fingers_that_close_in_a_motion_have_lost_the_block(rig, width, lost):
+    """The block is 5 cm wide: fingers half as far apart cannot hold it."""
+    block = Block("red", np.eye(4), np.full(3, 0.05), np.zeros((4, 4)), 0.0)
+    rig.now.see(record(0.0))
+    rig.arm.hold(block, 0.05)
+    task = rig.arm.follow(motion(HOME, END))
+    rig.see(record(0.05))
+    seen = record(0.10)
+    fingers = GripperState(0.10, width, 40.0, moving=False)
+    measured = {**seen.measurements, "gripper": fingers}
+    rig.now.see(replace(seen, measurements=measured))
+    _, stops = rig.arm.step(rig.now.perceived, held=False)
+    assert stops is lost and (rig.arm.held is None) is lost
+    assert task.running is not lost
+    if lost:
+        assert (task.failure.code, task.failure.sentence) == ("SLIPPED", "the red block was lost")
+        assert not rig.arm.blocks, "nobody knows where it is"
+        fields = {"level": "warning", "did": "lost", "colour": "red"}
+        assert rig.told == [("arm", "the red block was lost", fields)]

@@ -249,13 +249,20 @@ class BulletRobot(PhysicsRobot):
         return name
 
     def distance(self, reach: float) -> float:
-        """Return the distance from the robot to the nearest obstacle, metres, at most `reach`."""
+        """Return the distance from the robot to the nearest obstacle, metres, at most `reach`.
+
+        The links of its arm do not count, and blocks neither: the arm handles them.
+        """
         nearest = reach
+        arm = frozenset() if self._arm is None else self._arm.links
         for body in self._scene.obstacles_of(self.body):
+            if arm and self._scene.is_block(body):
+                continue
             for point in self._bullet.getClosestPoints(
                 self.body, body, nearest, physicsClientId=self.client
             ):
-                nearest = min(nearest, max(0.0, point[8]))
+                if point[3] not in arm:
+                    nearest = min(nearest, max(0.0, point[8]))
         return nearest
 
     def _angles(self, joints: list[int]) -> list[float]:

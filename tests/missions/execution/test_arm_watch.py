@@ -1,0 +1,91 @@
+"""Something that nobody knew is in the way of an arm: it waits, goes on, or goes round."""
+
+import numpy as np
+import pytest
+import yaml
+
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.run import Run
+from stack.navigation.capabilities.arm_motion import LONGEST_WAIT
+from tests.benchmarks.arm_picking import ContactWatch
+from tests.benchmarks.arm_scenes import ROOT
+
+RED = "{x: 50 cm, y: -10 cm, z: 25 mm}"
+HEAD = "mission: arm\nrobot: panda_table\nworld: ./world.yaml\n"
+
+
+class Watched:
+    """A run whose contacts are watched in each physics step."""
+
+    def __init__(self, folder, text, **world):
+        known = yaml.safe_load((ROOT / "worlds" / "bench_top.yaml").read_text("utf-8"))
+        known["blocks"] += world.pop("blocks", [])
+        (folder / "world.yaml").write_text(yaml.safe_dump(known | world))
+        (folder / "mission.yaml").write_text(HEAD + text)
+        options = RunOptions(seed=1, serve=False)
+        self.run = Run(prepare(folder / "mission.yaml", options), options)
+        self.messages, self.limits = [], []
+        try:
+            self.simulation = self.run.engine.simulation
+            watch = ContactWatch(self.simulation, frozenset({0}))
+            while not self.run.is_over:
+                self.run.step()
+                self._note()
+            self.report = self.run.finish()
+            self.events = self.run.engine.telemetry.recent(500)
+            self.blocks = self.simulation.blocks
+        finally:
+            self.run.close()
+        self.contacts = watch.unintended
+
+    def _note(self):
+        snapshot = self.run.engine.runtime.snapshot()
+        self.messages += [node.message for node in snapshot.tree if node.message]
+        self.limits += [one.text for one in snapshot.limitations]
+
+    def told(self, kind):
+        return [event.text for event in self.events if event.kind == kind]
+
+
+def test_the_arm_waits_for_somebody_who_crosses_its_way(tmp_path):
+    """Somebody as thin as an arm, 10 cm, walks between the block and the tray and back."""
+    visitor = {"name": "visitor", "waypoints": [[1.5, 0.15], [0.45, 0.15]], "speed": 0.15,
+               "radius": 0.05, "pause": 2.0, "yields": False}  # fmt: skip
+    done = Watched(
+        tmp_path, f"run: {{sequence: [pick: {{at: {RED}}}, place: {{on: the tray}}]}}\n",
+        people=[visitor],
+    )  # fmt: skip
+    assert (done.report.status, done.report.reason) == ("success", "")
+    assert not done.contacts
+    assert done.blocks[0].position == pytest.approx((0.55, 0.40, 0.645), abs=5e-3)
+    [told, *_] = done.told("held")
+    assert told.startswith(
+        "stopped: the arm waits: something that the cameras see is in the way of panda_"
+    )
+    assert done.told("held_end")[0].startswith("held no longer by obstacle, after ")
+    assert any("waits for" in message and "is in the way of" in message
+               for message in done.messages)  # fmt: skip
+
+
+def test_the_arm_goes_round_a_thing_that_nobody_has_described(tmp_path):
+    """A grey pillar in the middle of the straight motion: no colour of a block, on no map."""
+    pillar = {"name": "pillar", "at": [0.50, 0.12], "size": [0.06, 0.06, 0.35],
+              "elevation": 0.6, "colour": [0.5, 0.5, 0.5], "mass": 5.0}  # fmt: skip
+    poses = [f"move_arm: {{pose: {{x: 50 cm, y: {y} cm, z: 25 cm}}}}" for y in (-20, 40)]
+    done = Watched(tmp_path, f"run: {{sequence: [{', '.join(poses)}]}}\n", blocks=[pillar])
+    assert (done.report.status, done.report.reason) == ("success", "")
+    assert not done.contacts
+    assert np.hypot(done.blocks[-1].position[0] - 0.5, done.blocks[-1].position[1] - 0.12) < 2e-3
+
+
+@pytest.mark.slow
+def test_the_motion_fails_when_its_goal_stays_occupied(tmp_path):
+    visitor = {"name": "visitor", "waypoints": [[1.5, 0.4], [0.55, 0.4]], "speed": 0.5,
+               "radius": 0.1, "pause": 1000.0, "yields": False}  # fmt: skip
+    done = Watched(
+        tmp_path, "run: {move_arm: {pose: {x: 55 cm, y: 40 cm, z: 20 cm}}}\n", people=[visitor]
+    )
+    assert done.report.status == "failure" and not done.contacts
+    reason = done.report.reason
+    assert reason.startswith("arm > move_arm: ARM_COLLISION something that the cameras see is in")
+    assert reason.endswith(f", for {LONGEST_WAIT:g} s")

@@ -1,0 +1,35 @@
+"""Mission 54: its recording gives the mount of the camera in the hand."""
+
+import numpy as np
+import pytest
+
+from missions.commissioning.hand_eye_views import views_in
+from missions.execution.running import run_mission
+from missions.run_options import RunOptions
+from robots.load import HERE, read_robot
+from stack.perception.hand_eye import calibrate_hand_eye
+from stack.telemetry.sensor_log import read_observations
+
+
+@pytest.mark.slow
+def test_a_mount_that_is_described_wrongly_is_found(tmp_path):
+    """The file says 1 cm and 2 degrees off; pictures are those of the true mount."""
+    true = read_robot(HERE / "panda_eye" / "robot.yaml")
+    text = (HERE / "panda_eye" / "robot.yaml").read_text()
+    wrong = text.replace("[6 cm, 0, 2 cm]", "[6.5 cm, 0.6 cm, 2.6 cm]").replace(
+        "-90 deg", "-88 deg"
+    )
+    (tmp_path / "robot.yaml").write_text(f"actual: panda_eye\n{wrong}")
+    out = tmp_path / "run"
+    options = RunOptions(
+        seed=1, out=out, robot=str(tmp_path / "robot.yaml"), record=("sensors",), camera="on"
+    )
+    report = run_mission("54_hand_eye", options)
+    assert report.status == "success", report.reason
+    described = read_robot(tmp_path / "robot.yaml")
+    found = views_in(read_observations(out / "sensors.mcap"), described, 7, 0.08, "DICT_4X4_50")
+    assert len(found.views) >= 15
+    result = calibrate_hand_eye(found.views, in_hand=True)
+    off = np.linalg.inv(true.camera.model.base_from_optical()) @ result.mount
+    assert np.linalg.norm(off[:3, 3]) < 0.002
+    assert np.degrees(np.arccos((np.trace(off[:3, :3]) - 1.0) / 2.0)) < 0.2
