@@ -33,7 +33,7 @@ class NavigateToPose(RobotBehaviour):
 
     also_known_as = (
         "go_to", "move", "move_to", "drive", "drive_to", "navigate", "go_to_place", "go_to_pose",
-        "move_to_pose", "drive_to_pose", "MoveBase",
+        "drive_to_pose", "MoveBase",
     )  # fmt: skip
 
     goal: Pose2D = port("goal pose, map frame")

@@ -103,7 +103,7 @@ class NodeReader:
             self.values.words.add(key, WordRole.MODIFIER, context.scope, str(head[0].value))
             if str(key.value) in self.known:
                 sentence = f"a node has one type, got {head[0].value!r} and {key.value!r}"
-                hint = "write them below `sequence:`, each with `- ` in front"
+                hint = "write each as a list item, with `- ` in front, below `sequence:`"
                 self.findings.add("E120", key.mark, sentence, hint)
             elif known or plain(str(head[0].value)) not in WORDS:  # `then` of an `if` is no mistake
                 self._unknown_modifier(head[0], key)

@@ -223,7 +223,7 @@ RULES: dict[str, Rule] = {
     r"remove the line|remove `---`": _without_line,
     r"a comment begins with #": _as_comment,
     r"^remove it": _without_entry,
-    r"below `sequence:`, each with|write a list under `sequence:`": _below_sequence,
+    r"in front, below `sequence:`|write a list under `sequence:`": _below_sequence,
     r"leave out `(\w+):`": _without_key,
     r"write `(\w+): \{…\}` instead": _type_as_key,
     r"is a modifier: write it beside": _beside,
