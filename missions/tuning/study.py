@@ -12,23 +12,22 @@ several objectives by its extension (Y. Ozaki et al., GECCO 2020). Importance is
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from missions.sweeps.factors import LOGUNIFORM, Factor
 from missions.tuning.objectives import Means, Objective
-from stack.errors import InputError
 from stack.optional_packages import OPTUNA
 from stack.streams import stream
 
-JOURNAL, NAME = "study.journal", "tune"
+JOURNAL = "study.journal"
 
 DIGITS = 4
 """Significant digits of a tried value; runs do not resolve finer differences."""
 
-DESCRIPTION, REFERENCE = "description", "reference"
-"""Attributes of the study."""
+REFERENCE = "reference"
+"""Attribute of the study."""
 
 AGAIN = "again"
 """Attribute of a trial that takes the place of an interrupted one."""
@@ -37,50 +36,47 @@ AGAIN = "again"
 class Study:
     """A study in a folder: a new one, or the one that is there.
 
+    A folder has one for each choice of objectives, weights and seeds. A new one begins with the
+    settings that were tried before: their runs are there already.
+
     Args:
         folder: of the tuning.
         factors: what is tried.
         objectives: what is better.
-        seed: of the proposals.
-        description: what the values depend on, as JSON has it.
+        seeds: runs of each setting.
+        sampling_seed: of the proposals.
+        known: settings that were tried before, as text.
 
     Raises:
-        InputError: Optuna is not installed, or the folder has another study.
+        InputError: Optuna is not installed.
     """
 
-    def __init__(
-        self, folder: Path, factors: Sequence[Factor], objectives: Sequence[Objective], seed: int,
-        description: Mapping[str, Any],
+    def __init__(  # noqa: PLR0913 - what a study depends on
+        self, folder: Path, factors: Sequence[Factor], objectives: Sequence[Objective], seeds: int,
+        sampling_seed: int, known: Iterable[Mapping[str, str]],
     ) -> None:  # fmt: skip
         OPTUNA.require("`treepilot tune` needs")
         import optuna
         from optuna.storages.journal import JournalFileBackend, JournalFileOpenLock
 
         optuna.logging.set_verbosity(optuna.logging.WARNING)
-        self._optuna, self._factors, self._seed = optuna, factors, seed
+        self._optuna, self._factors, self._seed = optuna, factors, sampling_seed
         self._objectives = objectives
-        file = folder / JOURNAL
+        self._distributions = {factor.name: self._distribution(factor) for factor in factors}
+        file, name = folder / JOURNAL, _name(objectives, seeds)
         backend = JournalFileBackend(str(file), JournalFileOpenLock(str(file)))
         directions: Any = ["maximize" if one.maximises else "minimize" for one in objectives]
         storage = optuna.storages.JournalStorage(backend)
-        known = [one.study_name for one in optuna.get_all_study_summaries(storage)]
-        self._study = (
-            optuna.load_study(study_name=NAME, storage=storage) if NAME in known
-            else optuna.create_study(study_name=NAME, storage=storage, directions=directions)
+        is_new = name not in optuna.get_all_study_names(storage)
+        self._study = optuna.create_study(
+            study_name=name, storage=storage, directions=directions, load_if_exists=True,
+            pruner=optuna.pruners.MedianPruner(),
         )  # fmt: skip
-        self._study.pruner = optuna.pruners.MedianPruner()
-        before = self._study.user_attrs.get(DESCRIPTION, description)
-        changed = [name for name in description if before.get(name) != description[name]]
-        if changed:
-            name = changed[0]
-            raise InputError(
-                f"{folder} has another tuning: {name} was {before.get(name)}, is"
-                f" {description[name]}",
-                "choose another --out",
-            )
-        self._study.set_user_attr(DESCRIPTION, dict(description))
-        self._distributions = {factor.name: self._distribution(factor) for factor in factors}
-        self._continue_interrupted()
+        if is_new:
+            for settings in known:
+                self._study.enqueue_trial(self._parameters(settings))
+        else:
+            self._continue_interrupted()
 
     @property
     def reference(self) -> Means | None:
@@ -160,6 +156,14 @@ class Study:
                 found.append({})
         return found
 
+    def _parameters(self, settings: Mapping[str, str]) -> dict[str, Any]:
+        """Return settings as Optuna has them."""
+        return {
+            factor.name: settings[factor.name] if factor.is_list
+            else factor.typed(settings[factor.name])
+            for factor in self._factors
+        }  # fmt: skip
+
     def _distribution(self, factor: Factor) -> Any:
         distributions = self._optuna.distributions
         if factor.is_list:
@@ -178,6 +182,13 @@ class Study:
         for trial in running:
             self._study.tell(trial.number, state=self._optuna.trial.TrialState.FAIL)
             self._study.enqueue_trial(trial.params, user_attrs={AGAIN: True})
+
+
+def _name(objectives: Sequence[Objective], seeds: int) -> str:
+    """Return the name of a study: what the values of its trials depend on, besides the runs."""
+    words = [f"{'maximise' if one.maximises else 'minimise'} {one.name}" for one in objectives]
+    weights = ", ".join(f"{name} {weight:g}" for name, weight in objectives[0].weights.items())
+    return f"{', '.join(words)}; weights: {weights}; seeds: {seeds}"
 
 
 def _text(factor: Factor, value: Any) -> str:

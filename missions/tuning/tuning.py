@@ -140,9 +140,10 @@ class Tuning:
         with self._folder.open_journal() as journal:
             for row in self._folder.begin(self._checked):
                 self._rows[_key(row)] = row
+            known = dict.fromkeys(settings for settings, _ in self._rows if settings != BASELINE)
             self._study = Study(
-                options.out, self._sweep.factors, options.objectives, options.sampling_seed,
-                {"seeds": options.seeds, "objectives": _described(options.objectives)},
+                options.out, self._sweep.factors, options.objectives, options.seeds,
+                options.sampling_seed, map(dict, known),
             )  # fmt: skip
             self._over = self._over_before = len(self._study.ended())
             if self._rows:
@@ -355,10 +356,3 @@ def _mean(objective: Objective, rows: Sequence[SweepRow], reference: Means) -> f
 
 def _key(row: SweepRow) -> tuple[Settings, int]:
     return tuple(row.settings.items()), row.seed
-
-
-def _described(objectives: Sequence[Objective]) -> str:
-    """Return what the values of a study depend on, besides its runs."""
-    weights = ", ".join(f"{name} {weight:g}" for name, weight in objectives[0].weights.items())
-    words = [f"{'maximise' if one.maximises else 'minimise'} {one.name}" for one in objectives]
-    return f"{', '.join(words)} (weights: {weights})"

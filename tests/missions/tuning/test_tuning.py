@@ -70,8 +70,6 @@ def test_another_mission_does_not_mix_with_the_results_there(finished):
     out, _ = finished
     with pytest.raises(InputError, match=r"has another sweep: time_limit was 60.0.*another --out"):
         made(out, time_limit=50.0).run()
-    with pytest.raises(InputError, match=r"another tuning: seeds was 1, is 2.*another --out"):
-        made(out, seeds=2).run()
 
 
 @pytest.mark.slow
@@ -181,6 +179,20 @@ def test_more_samples_add_to_the_results(tmp_path, formula):
     more = plain(made(tmp_path / "t", ranges=SPEED, samples=9).run())
     assert more[:6] == few and len(more) == 10 and len(formula) == 10
     assert more == plain(made(tmp_path / "u", ranges=SPEED, samples=9).run())
+
+
+def test_other_objectives_and_seeds_use_the_runs_that_are_there(tmp_path, formula):
+    out, alone = tmp_path / "t", read_objectives([], [], TIME_ALONE)
+    first = made(out, ranges=SPEED, samples=6).run()
+    other = made(out, ranges=SPEED, objectives=alone, samples=6).run()
+    assert len(formula) == 7
+    assert {*map(str, [one.settings for one in first.scores])} == {
+        *map(str, [one.settings for one in other.scores])
+    }
+    made(out, ranges=SPEED, objectives=alone, samples=6, seeds=2).run()
+    assert {run.seed for run in formula[7:]} == {1}
+    again = made(out, ranges=SPEED, samples=6).run()
+    assert plain(again) == plain(first)
 
 
 def test_two_objectives_have_a_front_with_a_file_for_each_setting(tmp_path, formula):
