@@ -1,8 +1,8 @@
 """What depth cameras see around an arm and nobody knows: points in cells of a grid.
 
 The points of a picture on known objects, on the robot and on what it holds are left out. A thing
-is taken to be `DEPTH` deep: no camera sees the back of it. A cell stays occupied while it is
-hidden, at most for a while, and is free once a picture looks through it.
+that a camera beside the arm sees is taken to be `DEPTH` deep: it does not see the back. A cell
+stays occupied while it is hidden, at most for a while, and is free once a picture looks through it.
 """
 
 from __future__ import annotations
@@ -38,9 +38,12 @@ COLUMNS = 160
 """Columns of a picture that are used at least; of wider ones every second, third… row and column.
 A pixel of 160 in 60 degrees is 7 mm wide at 1 m."""
 
-KNOWN, OWN, HELD = 0.015, 0.03, 0.025
-"""Metres around known objects, the robot, and what it holds, within which points belong to them:
-noise, errors of places, and the motion between two measurements of the joints."""
+KNOWN, ASIDE = 0.015, 0.04
+"""Metres above and below known objects, and beside them, within which points belong to them: noise,
+and errors of places and mounts. Blocks are picked with a camera that is 3 cm beside its place."""
+
+OWN = 0.045
+"""Metres around the robot and what it holds, likewise."""
 
 DEPTH = 0.15
 """Metres that a thing is taken to be deep behind the side of it that is seen."""
@@ -78,6 +81,7 @@ class ArmPicture:
         odom_from_link: (4, 4).
         positions: (n,) of the joints.
         width: between the fingers, metres; None: open, or without fingers.
+        in_hand: whether the arm moves the camera.
     """
 
     image: DepthImage
@@ -85,6 +89,7 @@ class ArmPicture:
     odom_from_link: FloatArray
     positions: FloatArray
     width: float | None
+    in_hand: bool = False
 
 
 class MeasuredPoints:
@@ -112,8 +117,9 @@ class MeasuredPoints:
         kept = ~_looks_through(picture, self._cells) & (self._last > stamp - KEPT)
         self._keep(kept & ~_on_known(self._cells, scene))
         cells = self._unknown(_cells(_points(picture, self._reach), LEAST), picture, scene)
-        whole = np.vstack((_behind(cells, picture), _above(cells, picture)))
-        cells = self._unknown(_cells(whole, 1), picture, scene)
+        if not picture.in_hand:  # the other cameras would see through what it guesses
+            whole = np.vstack((_behind(cells, picture), _above(cells, picture)))
+            cells = self._unknown(_cells(whole, 1), picture, scene)
         known = dict(
             zip(voxel_keys(self._cells, CELL).tolist(), range(len(self._cells)), strict=True)
         )
@@ -161,7 +167,7 @@ class MeasuredPoints:
         own = self._own.covers(points, picture.positions, picture.width, OWN)
         if scene.held is not None:
             tool = self._kinematics.forward(picture.positions)
-            own |= _covers(scene.held, tool @ scene.held.pose, points, HELD)
+            own |= _covers(scene.held, tool @ scene.held.pose, points, (OWN, OWN))
         return own
 
 
@@ -184,23 +190,24 @@ def _on_known(points: FloatArray, scene: Scene) -> NDArray[np.bool_]:
     """Return which points (m, 3) are in known objects or near them."""
     known = np.zeros(len(points), bool)
     for item in scene.objects:
-        known |= _covers(item, item.pose, points, KNOWN)
+        known |= _covers(item, item.pose, points, (ASIDE, KNOWN))
     return known
 
 
 def _covers(
-    item: SceneObject, pose: FloatArray, points: FloatArray, margin: float
+    item: SceneObject, pose: FloatArray, points: FloatArray, margins: tuple[float, float]
 ) -> NDArray[np.bool_]:
-    """Return which points (m, 3) are in a box or a cylinder at a pose (4, 4), or near it."""
-    local = (points - pose[:3, 3]) @ pose[:3, :3]
+    """Return which points (m, 3) are in an object at a pose (4, 4), or beside or above it."""
+    local, (aside, above) = (points - pose[:3, 3]) @ pose[:3, :3], margins
     match item.shape:
         case Box(size):
-            return np.asarray((np.abs(local) < np.array(size) / 2.0 + margin).all(axis=1))
+            half = np.array(size) / 2.0 + (aside, aside, above)
+            return np.asarray((np.abs(local) < half).all(axis=1))
         case Cylinder(radius, length) | Capsule(radius, length):
-            aside, half = np.hypot(local[:, 0], local[:, 1]), length / 2.0
-            return np.asarray((aside < radius + margin) & (np.abs(local[:, 2]) < half + margin))
+            away, half_length = np.hypot(local[:, 0], local[:, 1]), length / 2.0 + above
+            return np.asarray((away < radius + aside) & (np.abs(local[:, 2]) < half_length))
         case Sphere(radius):
-            return np.asarray(np.linalg.norm(local, axis=1) < radius + margin)
+            return np.asarray(np.linalg.norm(local, axis=1) < radius + aside)
 
 
 def _behind(cells: FloatArray, picture: ArmPicture) -> FloatArray:

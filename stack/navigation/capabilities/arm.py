@@ -91,7 +91,7 @@ class StackArm(Arm):
         self.grasps: tuple[GraspPlan, ...] = ()
         self._emit = emit
         self._camera_in_tool = _camera_in_tool(robot, robot.arm.tool_link, self.links)
-        cameras = tuple(robot.depth_cameras)
+        cameras = {name: bool(it.link) for name, it in robot.depth_cameras.items()}
         watch = MotionWatch(cameras, robot.arm, self._places, plans, lease)
         self._motion = ArmMotion(robot.arm, now, timers, plans, watch, self._scene)
 

@@ -6,7 +6,7 @@ as something new is near it, and goes on when two pictures show the way free.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -46,7 +46,8 @@ class MotionWatch:
     """Collects pictures for plans, and watches the motion that goes on.
 
     Args:
-        cameras: names of the depth cameras; without any, nothing is watched.
+        cameras: the depth cameras by name, and whether the arm moves them; without any, nothing is
+            watched.
         arm: description.
         places: (4, 4) base link <- base, and odom <- base link, now.
         plans: of the arm; it compares.
@@ -58,7 +59,7 @@ class MotionWatch:
     """
 
     def __init__(
-        self, cameras: tuple[str, ...], arm: ArmDescription,
+        self, cameras: Mapping[str, bool], arm: ArmDescription,
         places: Callable[[], tuple[FloatArray, FloatArray]], plans: ArmPlans, lease: CameraLease,
     ) -> None:  # fmt: skip
         self._cameras, self._plans, self._lease = cameras, plans, lease
@@ -89,7 +90,9 @@ class MotionWatch:
                 continue
             fingers = perceived.newest(GRIPPER, GripperState)
             width = None if fingers is None else fingers.width
-            self._pictures[name] = ArmPicture(image, *self._places(), positions, width)
+            self._pictures[name] = ArmPicture(
+                image, *self._places(), positions, width, self._cameras[name]
+            )
 
     def is_ready(self, now: float, since: float) -> bool:
         """Keep the cameras on; return whether a plan can begin: with fresh pictures, or without.

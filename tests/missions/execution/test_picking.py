@@ -213,7 +213,7 @@ def test_a_slippery_block_is_reported_as_slipped(tmp_path):
     finally:
         run.close()
     assert not done
-    assert reason == "arm > pick: SLIPPED the red block slipped in the lift"
+    assert reason == "arm > pick: SLIPPED the red block was lost"
 
 
 @pytest.mark.slow

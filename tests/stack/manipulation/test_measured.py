@@ -11,7 +11,6 @@ from stack.manipulation.collisions import Collisions
 from stack.manipulation.measured import (
     CELL,
     DEPTH,
-    HELD,
     KEPT,
     KNOWN,
     LEAST,
@@ -138,7 +137,7 @@ def test_points_on_the_arm_and_on_what_it_holds_are_its_own():
                 assert away > OWN - 1e-3 or np.linalg.norm(point) < 0.3
     tool = MeasuredPoints(MODEL)._kinematics.forward(HOME)
     below = tool[:3, 3] + (0.0, 0.0, -0.05)
-    held = SceneObject("held", Box((0.05, 0.05, 0.1 - HELD)), np.eye(4))
+    held = SceneObject("held", Box((0.05, 0.05, 0.06)), np.eye(4))
     pose = tool.copy()
     pose[:3, 3] = below
     assert MeasuredPoints(MODEL)._is_own(below[None], picture(), replace(SCENE, held=held)).all()
