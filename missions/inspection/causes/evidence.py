@@ -144,7 +144,7 @@ class Evidence:
         ]  # fmt: skip
         seconds, name = covered(spans), "the run" if self.failed is None else self.failed.name
         length = self.end - self.begin
-        words = f"{cause} held the robot for {seconds:.1f} of the {length:.1f} s of {name}"
+        words = f"held by {cause} for {seconds:.1f} of the {length:.1f} s of {name}"
         return [Fact(words)] if seconds > 0.0 else []
 
     def _loss(self, shot: Snapshot, cause: str) -> float:

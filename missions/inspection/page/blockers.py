@@ -72,11 +72,18 @@ class Blocker:
 
 
 def blockers_of(
-    events: Iterable[Event], recording: SnapshotRecording, facts: PlanFacts
-) -> tuple[Blocker, ...]:
+    events: Iterable[Event], recording: SnapshotRecording, samples: Sequence[Snapshot],
+    facts: PlanFacts,
+) -> tuple[Blocker, ...]:  # fmt: skip
     """Return the doors and people that blocked the robot, in order of their first times.
 
     People have names in a simulation whose records tell them; others are called `person`.
+
+    Args:
+        events: of the run.
+        recording: of the run.
+        samples: snapshots of the whole run, in order: since when a person is at a place.
+        facts: names of doors and people.
     """
     marks, found = Landmarks(doors=facts.doors), list[Blocker]()
     shut: dict[object, float] = {}
@@ -89,12 +96,17 @@ def blockers_of(
             continue
         at = _point(event.fields.get("place"))
         door = None if at is None else marks.door_at(at)
-        blocker: Blocker | None
+        blocker: Blocker | None = None
         if at and door and (event.kind == "closed" or door.name in shut):
             blocker = Blocker(door.name, at, shut.get(door.name), event.time, door)
-        else:
+        elif at or event.fields.get("cause") == PERSON:
+            shot = recording.snapshot(recording.index_at(event.time), whole=False)
             by_person = event.fields.get("cause") == PERSON
-            blocker = _person(at, event.time, recording, facts.people, by_person=by_person)
+            if person := _person(at, shot, facts.people, by_person=by_person):
+                known = shot.people is not None and person.radius > 0.0
+                since = _since(samples, event.time, person, facts.people) if known else None
+                place = person.x, person.y
+                blocker = Blocker(person.name, place, since, event.time, radius=person.radius)
         if blocker is not None and not any(_is_same(one, blocker) for one in found):
             found.append(blocker)
     return tuple(found)
@@ -128,33 +140,28 @@ def _is_same(one: Blocker, other: Blocker) -> bool:
 
 
 def _person(
-    at: tuple[float, float] | None, time: float, recording: SnapshotRecording,
-    names: tuple[str, ...], *, by_person: bool,
-) -> Blocker | None:  # fmt: skip
-    """Return the person at a place; without one, the nearest to a robot that waits for a person."""
-    if at is None and not by_person:
-        return None
-    number = recording.index_at(time)
-    shot = recording.snapshot(number, whole=False)
+    at: tuple[float, float] | None, shot: Snapshot, names: Sequence[str], *, by_person: bool
+) -> Person | None:
+    """Return the person at a place; without one, the nearest to a robot that waits for a person.
+
+    Of a person whom nothing shows only the place is known: the radius is 0.
+    """
     here = at or (shot.pose.x, shot.pose.y)
-    person = person_at(shot, here, names, AT_PERSON if at else NEAR_ROBOT)
-    if person is None:
-        return Blocker(PERSON, at, None, time) if at and by_person else None
-    place = person.x, person.y
-    since = None if shot.people is None else _since(recording, number, person, names)
-    return Blocker(person.name, place, since, time, radius=person.radius)
+    found = person_at(shot, here, names, AT_PERSON if at else NEAR_ROBOT)
+    return found or (Person(PERSON, *at, 0.0) if at and by_person else None)
 
 
-def _since(
-    recording: SnapshotRecording, number: int, person: Person, names: tuple[str, ...]
-) -> float:
-    """Return from which time on a person of the simulation has been at a place."""
-    while number > 0:
-        people = people_in(recording.snapshot(number - 1, whole=False), names)
+def _since(samples: Sequence[Snapshot], time: float, person: Person, names: Sequence[str]) -> float:
+    """Return from which time on, up to a time, a person of the simulation has been at a place."""
+    since = time
+    for shot in reversed(samples):
+        if shot.time > time:
+            continue
+        people = people_in(shot, names)
         if not any(hypot(one.x - person.x, one.y - person.y) <= SAME_PLACE for one in people):
             break
-        number -= 1
-    return recording.times[number]
+        since = shot.time
+    return since
 
 
 def _point(place: object) -> tuple[float, float] | None:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from missions.execution.records.plan_facts import NotedSetting
-from missions.execution.repeat import first_difference
 from missions.inspection.causes.cause import Cause
 from missions.inspection.causes.html import causes_html
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.causes.telling import headline
 from missions.inspection.failed_nodes import FailedNode
+from missions.inspection.page.difference import difference
 from missions.inspection.page.map_figure import map_figure
 from missions.inspection.page.plots import plot
 from missions.inspection.page.story import Story
@@ -51,6 +51,9 @@ class Told:
     causes: Sequence[Cause]
 
 
+LABELS = {"speed": "by the wheels", "true_speed": "truly"}
+"""Names of curves, where they are not those of the samples."""
+
 FIGURES = (
     ("seed", "{seed}", ("seed",)),
     ("recoveries, replans", "{recoveries}, {replans}", ("recoveries", "replans")),
@@ -68,7 +71,7 @@ def page_of(stories: Sequence[Story]) -> str:
     told = [Told(story, causes_of(story)) for story in stories]
     parts = [f"<h1>{safe(stories[0].title)}</h1>"]
     if len(told) > 1:
-        parts.append(f'<p class="note">{safe(_difference(*stories[:2]))}</p>')
+        parts.append(f'<p class="note">{prose(difference(*stories[:2]))}</p>')
         parts.append(_side_by_side(told, _outcome))
         parts.append("<h2>Where it drove</h2>" + _side_by_side(told, _map))
         parts.append("<h2>What it did</h2>" + _side_by_side(told, _timeline))
@@ -97,11 +100,6 @@ def _title(told: Sequence[Told]) -> str:
     story, causes = told[0].story, told[0].causes
     why = causes[0].name if causes else "" if story.failed is None else story.failed.code
     return f"{story.name}: {story.status}" + (f", {why}" if why else "")
-
-
-def _difference(one: Story, other: Story) -> str:
-    found = first_difference(one.events, other.events, (one.name, other.name))
-    return found or "the two runs are equal, event by event"
 
 
 def _side_by_side(told: Sequence[Told], part: Callable[[Told], str]) -> str:
@@ -204,7 +202,7 @@ def _plots(stories: Sequence[Story]) -> str:
             for number, name in enumerate(fields):
                 colour = RUN_COLOURS[(number if alone else run) % len(RUN_COLOURS)]
                 label = (
-                    name.replace("_", " ")
+                    LABELS.get(name, name)
                     if alone and len(fields) > 1
                     else ""
                     if alone
@@ -266,7 +264,7 @@ def _events(told: Told) -> str:
 
 def _rank(story: Story, event: Event) -> int:
     """How much an event explains; 0: nothing, or the page tells it elsewhere."""
-    if event.kind in UNTOLD or _is_told(story, event):
+    if event.kind in UNTOLD or (event.kind == "task" and _is_told(story, event)):
         return 0
     if event.level == "error":
         return 3
@@ -274,8 +272,8 @@ def _rank(story: Story, event: Event) -> int:
 
 
 def _is_told(story: Story, event: Event) -> bool:
-    """Whether an event is the failure of a motion that a node wanted which failed with it."""
-    return event.kind == "task" and any(
+    """Whether the node that wanted a motion tells its end: it was no failure, or failed with it."""
+    return event.level == "info" or any(
         failed.code == event.fields.get("code") and 0.0 <= failed.time - event.time <= AT_ONCE
         for failed in story.failures.every
     )

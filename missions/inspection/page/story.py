@@ -239,7 +239,7 @@ def read_story(folder: Path) -> Story:
         samples = _samples(shots)
         if not info.drives:
             samples = _of_tool(samples, shots)
-        blockers = blockers_of(trace.events, recording, facts)
+        blockers = blockers_of(trace.events, recording, shots, facts)
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
         {name: (pose.x, pose.y) for name, pose in info.places.items()}, info.footprint,
