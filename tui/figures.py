@@ -9,7 +9,7 @@ from math import degrees, isfinite, nan
 import numpy as np
 
 from stack.telemetry.records import Snapshot
-from stack.types import FloatArray
+from stack.types import FloatArray, Pose2D
 
 KEPT = 600.0
 """Seconds of the robot's clock."""
@@ -18,11 +18,15 @@ SPACING = 0.1
 """Smallest distance of two samples, seconds of the robot's clock."""
 
 
+FASTEST = 5.0
+"""Speed of the truth above which the robot was lifted and has not driven, m/s."""
+
+
 def figures_of(snapshot: Snapshot) -> dict[str, float]:
     """Every number of a snapshot by name, with its unit at the end of the name."""
     pose, command, twist = snapshot.pose, snapshot.commanded, snapshot.measured
     found = {
-        "speed set m/s": command.linear, "speed m/s": twist.linear,
+        "speed set m/s": command.linear, "speed of the wheels m/s": twist.linear,
         "turning set rad/s": command.angular, "turning rad/s": twist.angular,
         "sideways m/s": twist.lateral, "health": snapshot.health,
         "deviation m": float(snapshot.covariance[:2, :2].trace()) ** 0.5,
@@ -49,10 +53,14 @@ class Figures:
 
     Attributes:
         names: of all numbers so far, in the order in which they came.
+        true_speed: of the truth between the last two samples, m/s; NaN where there is no truth, or
+            the robot was lifted.
     """
 
     def __init__(self) -> None:
         self.names: list[str] = []
+        self.true_speed = nan
+        self._before: tuple[float, Pose2D] | None = None
         self._index: dict[str, int] = {}
         self._rows: deque[tuple[float, array[float]]] = deque()
 
@@ -61,7 +69,10 @@ class Figures:
         time = snapshot.time
         if self._rows and time < self._rows[-1][0] + SPACING:
             return
+        self._take_truth(snapshot)
         values = figures_of(snapshot)
+        if isfinite(self.true_speed):
+            values["true speed m/s"] = self.true_speed
         for name in values:
             if name not in self._index:
                 self._index[name] = len(self.names)
@@ -74,6 +85,14 @@ class Figures:
     def restart(self) -> None:
         """Forget all of them."""
         self._rows.clear()
+        self._before, self.true_speed = None, nan
+
+    def _take_truth(self, snapshot: Snapshot) -> None:
+        before, now = self._before, snapshot.truth
+        self._before, self.true_speed = None if now is None else (snapshot.time, now), nan
+        if before is not None and now is not None:
+            speed = before[1].distance_to(now) / (snapshot.time - before[0])
+            self.true_speed = speed if speed <= FASTEST else nan
 
     def series(self, name: str, span: float) -> tuple[FloatArray, FloatArray]:
         """Times (n,) and values (n,) of a number in the last `span` seconds, without gaps."""

@@ -70,7 +70,7 @@ class RunView(TerminalApp):
         self.snapshot: Snapshot | None = None
         self._pacing = Pacing(everything=not live)
         self._figures = Figures()
-        self._plotted = ["speed set m/s", "speed m/s"]
+        self._plotted = ["speed set m/s", "speed of the wheels m/s"]
         self.trouble = ""
         self._charts = RunCharts()
 
@@ -180,7 +180,8 @@ class RunView(TerminalApp):
         self._charts.restart()
         for snapshot in past:
             self._figures.add(snapshot)
-            self._charts.add(snapshot, self.source.info, draw=False)
+            true_speed = self._figures.true_speed
+            self._charts.add(snapshot, self.source.info, true_speed, draw=False)
 
     def link(self) -> Link:
         """State of the connection."""
@@ -194,6 +195,7 @@ class RunView(TerminalApp):
         """Show a new snapshot."""
         panes, pacing = self.panes, self._pacing
         self._figures.add(snapshot)
+        true_speed = self._figures.true_speed
         if isinstance(self.screen, Sheet) and pacing.draws_map:
             self.screen.show(Shown(snapshot, self.link(), self._figures))
         draw = pacing.draws_figures
@@ -201,8 +203,8 @@ class RunView(TerminalApp):
             self.notify("the new tree starts from its root", title="reloaded", timeout=3.0)
         panes.query_one(MapPane).show(snapshot, self.source.info, draw=pacing.draws_map)
         if draw:
-            panes.query_one(VitalsPane).show(snapshot, self.source.info)
-        self._charts.add(snapshot, self.source.info, draw=draw)
+            panes.query_one(VitalsPane).show(snapshot, self.source.info, true_speed)
+        self._charts.add(snapshot, self.source.info, true_speed, draw=draw)
         panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
         panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
 

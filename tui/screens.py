@@ -22,11 +22,15 @@ MEANINGS = (
     ("✔", "success", palette.GOOD), ("✘", "failure", palette.BAD), ("▶", "running", palette.BUSY),
     ("·", "idle", palette.DIM), ("━", "plan", palette.PATH), ("━", "local", palette.LOCAL_PLAN),
     ("━", "driven", palette.TRAIL), ("•", "scan", palette.SCAN), ("•", "belief", palette.PARTICLE),
-    ("●", "break", palette.BAD), ("◆", "forced", palette.WARN), ("○", "people", palette.PERSON),
-    ("⚑", "goal", palette.GOAL), ("▪", "marker", palette.MARKER),
+    ("•", "old scan", palette.DIM), ("•", "unmapped", palette.BEAM_SHORT),
+    ("•", "beyond", palette.BEAM_LONG), ("●", "break", palette.BAD), ("◆", "forced", palette.WARN),
+    ("○", "people", palette.PERSON), ("⚑", "goal", palette.GOAL), ("▪", "marker", palette.MARKER),
+    ("━", "shut door", palette.BAD), ("━", "open door", palette.PLACE), ("█", "wall", palette.WALL),
+    ("█", "sensed", palette.SENSED), ("█", "too close", palette.COST_HIGH),
 )  # fmt: skip
+"""Glyphs: words on the scan, unmapped: before what the map shows; beyond: behind it."""
 
-MEANINGS_PER_LINE = 7
+MEANINGS_PER_LINE = 6
 
 
 class Question(ModalScreen[str]):
@@ -153,7 +157,7 @@ def _lines(keys: Sequence[Key], words: str = "") -> Text:
         text.append(f"{shown:>{widest}}  ", style=f"bold {css(BUSY)}")
         text.append(f"{sentence}\n", style=css(TEXT))
     for number, (glyph, word, colour) in enumerate(MEANINGS if not wanted else ()):
-        text.append("\n" if number == MEANINGS_PER_LINE else "", style=css(TEXT))
-        text.append(f" {glyph} ", style=f"bold {css(colour)}")
-        text.append(f"{word:<7}", style=css(TEXT))
+        text.append("\n" if number and not number % MEANINGS_PER_LINE else "", style=css(TEXT))
+        text.append(f"{glyph} ", style=f"bold {css(colour)}")
+        text.append(f"{word:<10}", style=css(TEXT))
     return text

@@ -11,7 +11,7 @@ from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import versions
 from stack.body import Body, FastLoopBody, LinkedBody
-from stack.runtime.holdups import held_seconds
+from stack.runtime.holdups import held_seconds, holds_of
 from stack.runtime.loop import Runtime
 from stack.sim.battery import START_CHARGE
 from stack.telemetry.recorder import RunFolder
@@ -111,7 +111,7 @@ def compose_report(
             "lost_seconds": round(navigator.lost_seconds, 3),
             "obscured_metres": round(navigator.obscured_metres, 3),
         },
-        held=held_seconds(milestones.held, simulated),
+        held=held_seconds(holds_of(milestones.held, simulated)),
         links_lost=milestones.links_lost,
         scans_dropped=runtime.sensing.dropped_scans,
         people={} if scorer is None else scorer.people_summary(),

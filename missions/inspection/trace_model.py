@@ -88,6 +88,11 @@ class Tree:
         """Distance from the root."""
         return 0 if node.parent not in self.nodes else 1 + self.depth(self.nodes[node.parent])
 
+    def path(self, node: Node) -> tuple[str, ...]:
+        """Names of the nodes above a node, from the root."""
+        above = self.nodes.get(node.parent)
+        return () if above is None else (*self.path(above), above.name)
+
     def is_below(self, number: int, above: int) -> bool:
         """Return whether a node is in the subtree of another one, by their ids."""
         node = self.nodes.get(number)

@@ -32,7 +32,6 @@ from missions.execution.resources import versions
 from missions.execution.run import Run, RunWatch
 from missions.execution.running import execute
 from missions.execution.shared_simulation import SharedSimulation
-from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.page.story import read_story
 from missions.sweeps.design import RunDescription
@@ -183,7 +182,7 @@ class RunMaker:
             return row
         try:
             story = read_story(folder)
-            failed, every = failed_node(story), causes_of(story)
+            failed, every = story.failed, causes_of(story)
         except Exception as error:
             print(traceback_text(f"the run {row.number} has no cause", error), file=sys.stderr)
             return row

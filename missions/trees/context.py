@@ -26,10 +26,11 @@ WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class FailureTrace:
-    """A failure and the labels of the nodes from the reporting node down to the cause."""
+    """A failure, the labels of the nodes from the reporting node down to the cause, and its id."""
 
     failure: Failure
     path: tuple[str, ...]
+    origin: int
 
 
 class Gate(Protocol):
@@ -154,7 +155,7 @@ class Execution:
         node.feedback_message = failure.sentence
         # The cause always has a name: it is the end of the path.
         self.traces[id(node)] = FailureTrace(
-            failure, (name or self.record(node).label or node.name,)
+            failure, (name or self.record(node).label or node.name,), self.record(node).id
         )
         return Status.FAILURE
 
@@ -163,13 +164,14 @@ class Execution:
         trace = self.trace(child)
         label = self.record(node).label or (node.name if note else "")
         here = (f"{label} ({note})" if note else label,) if label else ()
-        self.traces[id(node)] = FailureTrace(trace.failure, here + trace.path)
+        self.traces[id(node)] = FailureTrace(trace.failure, here + trace.path, trace.origin)
         return Status.FAILURE
 
     def trace(self, node: Behaviour) -> FailureTrace:
         """Return the failure of a node, with its path."""
         unknown = Failure(FailureCode.FAILED, node.feedback_message or "failed")
-        return self.traces.get(id(node)) or FailureTrace(unknown, (node.name,))
+        found = self.traces.get(id(node))
+        return found or FailureTrace(unknown, (node.name,), self.record(node).id)
 
     def code_of(self, node: Behaviour) -> str:
         """Return the code of a node's last failure."""
@@ -206,12 +208,15 @@ class Execution:
         if self.emit is _ignore:
             return
         before, node = WORDS[previous], record.node
-        code = {"code": self.code_of(node)} if status is Status.FAILURE else {}
+        why = {}
+        if status is Status.FAILURE:
+            trace = self.trace(node)
+            why = {"code": str(trace.failure.code), "origin": trace.origin}
         self.emit(
             level="info", kind="node_status", text=f"{node.name}: {before} > {WORDS[status]}",
             fields={
                 "node": record.id, "name": node.name, "from": before, "to": WORDS[status],
-                "message": node.feedback_message if status is not Status.RUNNING else "", **code,
+                "message": node.feedback_message if status is not Status.RUNNING else "", **why,
             },
         )  # fmt: skip
 

@@ -1,14 +1,16 @@
 """What has held the robot, and for how long: events, and a sentence for failures.
 
 A limitation holds the robot in a step if it takes more than half of the wanted velocity; a robot
-that must stand loses all of it. The report of a run sums up the events (`held_seconds`).
+that must stand loses all of it. A hold-up lasts from its first to its last step: all that is told
+of a run's hold-ups comes from their events (`holds_of`).
 """
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from stack.navigation.landmarks import Landmarks
@@ -41,7 +43,6 @@ class Holdup:
         cause: one of `stack.types.limitations.CAUSES`.
         begin: first step of it, seconds.
         last: last step of it.
-        held: seconds of the steps of it.
         text: the newest sentence.
         place: the newest place of the cause, map frame; None if it is nowhere.
         is_told: whether an event has told its begin.
@@ -51,7 +52,6 @@ class Holdup:
     cause: str
     begin: float
     last: float
-    held: float
     text: str
     place: tuple[float, float] | None = None
     is_told: bool = False
@@ -96,31 +96,30 @@ class Holdups:
         Empty if nothing held it for a tenth of that time.
         """
         spans = [*self._past, *self._current.values()]
-        inside = [
-            (min(span.held, span.last - max(span.begin, since) + self._period), span)
-            for span in spans
-            if span.last >= since
-        ]
-        by_cause: defaultdict[str, float] = defaultdict(float)
-        for seconds, span in inside:
-            by_cause[span.cause] += max(0.0, seconds)
+        inside = [span for span in spans if span.last >= since]
+        by_cause = {
+            cause: covered(
+                (max(span.begin, since), min(span.last + self._period, now))
+                for span in inside if span.cause == cause
+            )
+            for cause in {span.cause: None for span in inside}
+        }  # fmt: skip
         if not by_cause:
             return ""
         cause = max(by_cause, key=lambda name: by_cause[name])
         length = now - since
         if by_cause[cause] < 0.1 * length:
             return ""
-        newest = next(span for _, span in reversed(inside) if span.cause == cause)
+        newest = next(span for span in reversed(inside) if span.cause == cause)
         return f"held {by_cause[cause]:.1f} of {length:.1f} s: {self._told(newest)}"
 
     def _add(self, limitation: Limitation, pose: Pose2D, now: float) -> None:
         key = STOPPED if limitation.stands else SLOWER, limitation.cause
         holdup = self._current.get(key)
         if holdup is None:
-            holdup = Holdup(*key, begin=now, last=now, held=0.0, text="")
+            holdup = Holdup(*key, begin=now, last=now, text="")
             self._current[key] = holdup
         holdup.last, holdup.text = now, limitation.text
-        holdup.held += self._period
         if limitation.at is not None:
             there = pose.compose(Pose2D(*limitation.at))
             holdup.place = there.x, there.y
@@ -130,8 +129,9 @@ class Holdups:
 
     def _ended(self, holdup: Holdup) -> None:
         if holdup.is_told:
-            text = f"held no longer by {holdup.cause}, after {holdup.held:.1f} s"
-            self._emit("held_end", text, seconds=holdup.held, **_fields(holdup))
+            seconds = holdup.last - holdup.begin + self._period
+            text = f"no longer {holdup.effect} by: {holdup.cause}, after {seconds:.1f} s"
+            self._emit("held_end", text, seconds=seconds, **_fields(holdup))
         self._past.append(holdup)
         while self._past and self._past[0].last < holdup.last - REMEMBERED:
             self._past.popleft()
@@ -150,27 +150,51 @@ def _fields(holdup: Holdup) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def held_seconds(events: Iterable[Event], end: float) -> dict[str, dict[str, float]]:
-    """Return the seconds of the hold-ups in events: `stopped` | `slower` -> cause -> seconds.
+def covered(spans: Iterable[tuple[float, float]]) -> float:
+    """Return the seconds that times cover; what several of them cover counts once."""
+    seconds, reached = 0.0, -inf
+    for begin, end in sorted(spans):
+        seconds += max(0.0, end - max(begin, reached))
+        reached = max(reached, end)
+    return seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A hold-up as the events of a run tell it: effect, cause, begin and end in seconds."""
+
+    effect: str
+    cause: str
+    begin: float
+    end: float
+
+
+def holds_of(events: Iterable[Event], end: float) -> list[Hold]:
+    """Return the hold-ups that events tell, in order of their ends.
 
     Args:
         events: of a run; others than `held` and `held_end` are ignored.
         end: of the run, seconds: until then a hold-up lasts that has not ended.
     """
     begun: dict[tuple[str, str], float] = {}
-    seconds: defaultdict[tuple[str, str], float] = defaultdict(float)
+    found: list[Hold] = []
     for event in events:
         key = str(event.fields.get("effect", STOPPED)), str(event.fields.get("cause", ""))
         if event.kind == "held":
             begun[key] = _number(event.fields.get("begin"), event.time)
         elif event.kind == "held_end":
             begin = begun.pop(key, event.time)
-            seconds[key] += _number(event.fields.get("seconds"), event.time - begin)
-    for key, begin in begun.items():
-        seconds[key] += end - begin
+            seconds = _number(event.fields.get("seconds"), event.time - begin)
+            found.append(Hold(*key, begin, begin + seconds))
+    return found + [Hold(*key, begin, max(begin, end)) for key, begin in begun.items()]
+
+
+def held_seconds(holds: Iterable[Hold]) -> dict[str, dict[str, float]]:
+    """Return the seconds of hold-ups: `stopped` | `slower` -> cause -> seconds."""
     found: dict[str, dict[str, float]] = {STOPPED: {}, SLOWER: {}}
-    for (effect, cause), length in sorted(seconds.items()):
-        found.setdefault(effect, {})[cause] = round(length, 3)
+    for hold in sorted(holds, key=lambda one: (one.effect, one.cause)):
+        causes = found.setdefault(hold.effect, {})
+        causes[hold.cause] = round(causes.get(hold.cause, 0.0) + hold.end - hold.begin, 3)
     return found
 
 

@@ -40,6 +40,10 @@ ROUTINE = frozenset({"pose", "node_status", "tree", "teleop"})
 """Kinds of frequent events that are recorded but not shown to people."""
 
 
+STALE_AFTER, OLD_SCAN = "safety.stale_after", 0.5
+"""Parameter with the age above which the robot does not drive by a scan; that age without it, s."""
+
+
 def new_identity() -> str:
     """Return the identity of a new run: 32 hexadecimal digits that no other run has."""
     return uuid4().hex
@@ -337,6 +341,12 @@ class Snapshot:
     def safety(self) -> str:
         """Why the velocity is limited now, for people; empty if it is not."""
         return "; ".join(limitation.text for limitation in self.limitations)
+
+    @property
+    def old_scan(self) -> float:
+        """Age of the newest scan, seconds, if it is too old to drive by; 0 otherwise."""
+        age = 0.0 if self.scan is None else self.time - self.scan.stamp
+        return age if age > float(self.parameters.get(STALE_AFTER, OLD_SCAN)) else 0.0
 
 
 @dataclass(frozen=True, slots=True)

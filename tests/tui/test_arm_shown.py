@@ -98,4 +98,4 @@ def test_an_arm_without_wheels_has_no_figures_of_driving():
 def test_a_robot_with_wheels_and_arm_has_both():
     charts, vitals, _ = dashboard(drives=True)
     assert [title.split()[0] for title in charts] == ["Speed", "Joints", "Localisation"]
-    assert all(word in vitals for word in ("speed", "health", "arm", "gripper"))
+    assert all(word in vitals for word in ("wheels", "health", "arm", "gripper"))

@@ -48,7 +48,7 @@ def test_the_scale_of_time_fits_a_short_run(seconds, most, span):
 
 
 def test_the_title_of_a_chart_tells_its_time():
-    chart = Chart("Speed", "m/s", {"real": palette.PATH}, 0.0, 0.2)
+    chart = Chart("Speed", "m/s", {"wheels": palette.PATH, "true": palette.PERSON}, 0.0, 0.2)
     assert "10 s" in str(chart.border_title)
 
 
@@ -61,10 +61,11 @@ def test_a_curve_does_not_flicker_between_two_columns():
 
 
 def test_a_second_sample_of_one_time_is_ignored():
-    chart = Chart("Speed", "m/s", {"real": palette.PATH}, 0.0, 0.2)
-    chart.add(1.0, real=0.5)
-    chart.add(1.0, real=0.9)
-    assert "0.50" in str(chart.border_subtitle)
+    chart = Chart("Speed", "m/s", {"wheels": palette.PATH, "true": palette.PERSON}, 0.0, 0.2)
+    chart.add(1.0, wheels=0.5)
+    chart.add(1.0, wheels=0.9)
+    assert "wheels 0.50" in str(chart.border_subtitle)
+    assert "true" not in str(chart.border_subtitle)  # a robot without a simulation has none
 
 
 def test_a_label_of_nought_has_no_sign():

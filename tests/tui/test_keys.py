@@ -164,10 +164,10 @@ REPLAY = VIEW | {
     "less_than_sign": {"factor": 0.5, "told": ANY},
     "n": STOPPED, "N": STOPPED, "x": STOPPED, "X": {"told": ANY}, "s": STOPPED, "S": STOPPED,
     "ctrl+c": {"left": "leave"}, "q": {"left": "leave"}, "ctrl+q": {"left": "leave"},
-    "colon": opens("AskTime"),
+    "colon": opens("AskTime"), "enter": opens("WholeText"),
 }  # fmt: skip
 
-REFUSED = ("a", "e", "g", "i", "R", "G", "B", "O", "L", "D", "b", "enter")
+REFUSED = ("a", "e", "g", "i", "R", "G", "B", "O", "L", "D", "b")
 """Keys of a live run that do nothing in a replay."""
 
 TABLES = {

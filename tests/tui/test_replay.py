@@ -4,7 +4,7 @@ import inspect
 
 import pytest
 from textual.actions import parse
-from textual.widgets import Input
+from textual.widgets import Input, Static
 
 from stack.errors import TelemetryError
 from stack.telemetry.hub import SNAPSHOTS, Telemetry
@@ -20,6 +20,7 @@ from tui.panes.map_pane import MapPane
 from tui.panes.tree_pane import TreePane
 from tui.replay.app import AskTime, ReplayDashboard, seconds_of
 from tui.replay.player import Player, is_failure
+from tui.sheets.whole_text import WholeText
 
 
 @pytest.fixture(scope="module")
@@ -142,6 +143,34 @@ async def test_events_and_failures(pilot, player):
     await press(pilot, "home", "x")
     assert pilot.app.snapshot.time == pytest.approx(17.0)
     assert not player.is_playing
+
+
+async def test_enter_shows_whole_texts(pilot):
+    await press(pilot, "end")
+    await press(pilot, "enter")
+    text = str(pilot.app.screen.query_one(Static).render())
+    assert text.index("it is 17") < text.index("it is 4")  # the newest first
+    await press(pilot, "enter")
+    assert not isinstance(pilot.app.screen, WholeText)
+
+
+@pytest.mark.parametrize(
+    ("kind", "level", "is_one"),
+    [("sensor", "warning", True), ("sensor", "info", False), ("camera", "warning", True),
+     ("doubt", "warning", True), ("replan", "warning", False), ("replan", "error", True)],
+)  # fmt: skip
+def test_a_silent_sensor_is_a_failure_to_stop_at(kind, level, is_one):
+    assert is_failure(Event(0, 0, 1.0, level, "", kind, "")) is is_one
+
+
+def test_doors_are_shown_as_they_are_at_the_head(folder, wall):
+    ends = ((4.0, 0.5), (4.0, 1.5))
+    player = Player(SnapshotRecording(folder), wall, doors={"gate": ends})
+    player._log += [Event(0, 0, 5.0, "info", "", "door", "", {"door": "gate", "closed": True})]
+    assert player.doors_at_head() == [(ends, False)]
+    player.seek(6.0)
+    assert player.doors_at_head() == [(ends, True)]
+    player.close()
 
 
 async def test_changes_of_the_selected_node(pilot):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from math import isfinite, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,27 +49,28 @@ class Chart(Lines):
         self._subtitle = ""
 
     def add(self, time: float, *, draw: bool = True, **values: float) -> None:
-        """Add a sample of every series at a robot time; a repeated time is ignored.
+        """Add a sample at a robot time; a repeated time is ignored.
 
         Args:
             time: robot's clock, seconds.
             draw: whether to draw now, or with a later sample.
-            values: of each series.
+            values: of the series; those that are left out or NaN are not known.
         """
         if self._times and time <= self._times[-1]:
             return
         self._times.append(time)
-        for name, value in values.items():
-            self._values[name].append(value)
+        for name, samples in self._values.items():
+            samples.append(values.get(name, nan))
         while self._times[0] < time - SPAN:
             self._times.popleft()
             for samples in self._values.values():
                 samples.popleft()
         if not draw:
             return
-        subtitle = "  ".join(
-            f"[{palette.css(self._colours[name])}]━[/] {name} {value:.2f}"
+        subtitle = " ".join(
+            f"[{palette.css(self._colours[name])}]━[/]{name} {value:.2f}"
             for name, value in values.items()
+            if isfinite(value)
         )
         if subtitle != self._subtitle:
             self.border_subtitle = self._subtitle = subtitle
@@ -98,7 +100,7 @@ class Chart(Lines):
             return
         if self._times:
             self._show_span(fitting_span(self._times[-1] - self._times[0], SPAN))
-        known = [value for values in self._values.values() for value in values]
+        known = [value for values in self._values.values() for value in values if isfinite(value)]
         low, high = min([self._floor, *known]), max([self._top, *known])
         glyphs = np.full((rows, columns), 0x2800, dtype=np.uint32)
         colours = np.full((rows, columns), palette.DIM, dtype=np.uint32)

@@ -9,6 +9,9 @@ from stack.telemetry.records import RunInfo, Snapshot
 from tui.drawing import palette
 from tui.panes.chart import Chart
 
+SPEEDS = {"wheels": palette.PATH, "true": palette.PERSON, "set": palette.BUSY}
+"""Curves of the speed: by the wheels, of the truth in a simulation, and as commanded."""
+
 MOST = 3
 """Charts that are shown at once."""
 
@@ -18,7 +21,7 @@ class RunCharts(Vertical, can_focus=True):
 
     def __init__(self) -> None:
         super().__init__(id="charts")
-        self._speed = Chart("Speed", "m/s", {"set": palette.BUSY, "real": palette.PATH}, 0.0, 0.2)
+        self._speed = Chart("Speed", "m/s", SPEEDS, 0.0, 0.2)
         self._joints = Chart("Joints", "rad/s", {"fastest": palette.BUSY}, 0.0, 0.5)
         self._health = Chart("Localisation", "", {"health": palette.PARTICLE}, 0.0, 1.0)
         self._error = Chart("Pose error", "m", {"error": palette.PERSON}, 0.0, 0.05)
@@ -41,19 +44,24 @@ class RunCharts(Vertical, can_focus=True):
         for chart in self._all:
             chart.restart()
 
-    def add(self, snapshot: Snapshot, info: RunInfo | None, *, draw: bool) -> None:
+    def add(
+        self, snapshot: Snapshot, info: RunInfo | None, true_speed: float, *, draw: bool
+    ) -> None:
         """Add a sample.
 
         Args:
             snapshot: with the values.
             info: of the run; None: not known yet.
+            true_speed: of the truth, m/s; NaN: unknown.
             draw: whether to draw now, or with a later sample.
         """
         shown: dict[Chart, dict[str, float]] = {}
         arm, drives = snapshot.arm, info is None or info.drives
         if drives:
-            twists = snapshot.commanded, snapshot.measured
-            shown[self._speed] = {"set": twists[0].linear, "real": twists[1].linear}
+            shown[self._speed] = {
+                "wheels": snapshot.measured.linear, "true": true_speed,
+                "set": snapshot.commanded.linear,
+            }  # fmt: skip
             shown[self._health] = {"health": snapshot.health}
         if drives and snapshot.truth is not None:
             shown[self._error] = {"error": snapshot.pose.distance_to(snapshot.truth)}

@@ -55,6 +55,11 @@ class EventsPane(RichLog):
             self._find()
         self._label()
 
+    @property
+    def shown(self) -> list[Event]:
+        """The events that pass the filter, oldest first."""
+        return [event for event in self._events if self._passes(event)]
+
     def restart(self) -> None:
         """Forget all events."""
         self._events.clear()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -13,16 +13,19 @@ from textual.events import MouseDown, MouseEvent, MouseMove, MouseUp
 from textual.message import Message
 from textual.strip import Strip
 
-from stack.telemetry.beams import LONG, MATCHED, SHORT, beam_classes
 from stack.telemetry.outlines import uncertainty_ellipse
 from stack.telemetry.records import Layer, RunInfo, Snapshot
-from stack.types import CostGrid, OccupancyGrid, Pose2D, Scan
+from stack.types import CostGrid, OccupancyGrid, Pose2D
 from tui.drawing import palette
 from tui.drawing.arm import REACH, draw_arm
 from tui.drawing.canvas import Canvas, View, arrow, circle, scale_bar
+from tui.drawing.scan import PastOdometry, draw_scan
 from tui.drawing.strips import Lines, ink, one_line, paper, to_strips
 from tui.keys import DRAFT_KEYS
 from tui.panes.placing import Draft
+
+Ends = tuple[tuple[float, float], tuple[float, float]]
+"""Both ends of a door, map frame, metres."""
 
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25
@@ -90,6 +93,8 @@ class MapPane(Lines, can_focus=True):
         self._canvas: Canvas | None = None
         self._titles = ("", "")
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_LENGTH)
+        self._odometry = PastOdometry()
+        self.doors: Sequence[tuple[Ends, bool]] = ()
 
     def show(self, snapshot: Snapshot, info: RunInfo | None, *, draw: bool = True) -> None:
         """Take a snapshot.
@@ -107,6 +112,7 @@ class MapPane(Lines, can_focus=True):
     def restart(self, past: Iterable[Snapshot]) -> None:
         """Begin the driven way again, with that of the past."""
         self._trail.clear()
+        self._odometry.restart()
         for snapshot in past:
             self._extend_trail(snapshot)
 
@@ -222,6 +228,7 @@ class MapPane(Lines, can_focus=True):
         return self.view.point(offset.x, offset.y, self.size.width, self.size.height)
 
     def _extend_trail(self, snapshot: Snapshot) -> None:
+        self._odometry.add(snapshot)
         here = (snapshot.pose.x, snapshot.pose.y)
         if self._trail:
             moved = float(np.hypot(here[0] - self._trail[-1][0], here[1] - self._trail[-1][1]))
@@ -316,22 +323,27 @@ class MapPane(Lines, can_focus=True):
             canvas.draw_line(snapshot.path.points[:, :2], palette.PATH, below_words=True)
         if snapshot.local_plan is not None:
             canvas.draw_line(snapshot.local_plan.points[:, :2], palette.LOCAL_PLAN)
-        if snapshot.scan is not None:
-            _draw_scan(canvas, snapshot, snapshot.scan)
+        draw_scan(canvas, snapshot, self._odometry, _occupancy(snapshot.layers.get("map")))
         if snapshot.depth_points is not None:
             canvas.draw_points(snapshot.depth_points[:, :2].astype(np.float64), palette.DEPTH)
-        if snapshot.people is not None:
-            for x, y, radius in snapshot.people:
-                canvas.draw_line(circle(x, y, radius), palette.PERSON)
-        for track in snapshot.tracks:
-            canvas.draw_line(circle(*track.position, track.radius), palette.PERSON)
-            ends = np.array([track.position, track.position_after(TRACK_SECONDS)])
-            canvas.draw_line(ends, palette.PERSON)
+        self._moving(canvas, snapshot)
         if self._drives:
             ellipse = uncertainty_ellipse(snapshot.pose, snapshot.covariance)
             canvas.draw_line(ellipse[:, :2], palette.PARTICLE)
         draw_arm(canvas, snapshot)
         self._figures(canvas, snapshot)
+
+    def _moving(self, canvas: Canvas, snapshot: Snapshot) -> None:
+        """Draw doors, people and what the robot tracks."""
+        for ends, closed in self.doors:
+            canvas.draw_line(np.array(ends), palette.BAD if closed else palette.PLACE)
+        if snapshot.people is not None:
+            for x, y, radius in snapshot.people:
+                canvas.draw_line(circle(x, y, radius), palette.PERSON)
+        for track in snapshot.tracks:
+            canvas.draw_line(circle(*track.position, track.radius), palette.PERSON)
+            ahead = np.array([track.position, track.position_after(TRACK_SECONDS)])
+            canvas.draw_line(ahead, palette.PERSON)
 
     def _figures(self, canvas: Canvas, snapshot: Snapshot) -> None:
         for marker in self.info.markers if self.info is not None else ():
@@ -370,19 +382,6 @@ class MapPane(Lines, can_focus=True):
         if (title, subtitle) != self._titles:
             self._titles = title, subtitle
             self.border_title, self.border_subtitle = title, subtitle
-
-
-def _draw_scan(canvas: Canvas, snapshot: Snapshot, scan: Scan) -> None:
-    """Draw the hits of a scan; those that the map does not explain in other colours."""
-    grid = _occupancy(snapshot.layers.get("map"))
-    if grid is None:
-        hits = snapshot.pose.transform(scan.points())
-        canvas.draw_hits(hits, palette.SCAN, palette.WALL_SEEN)
-        return
-    hits, classes = beam_classes(scan, snapshot.pose, grid)
-    canvas.draw_hits(hits[classes == MATCHED], palette.SCAN, palette.WALL_SEEN)
-    canvas.draw_points(hits[classes == SHORT], palette.BEAM_SHORT)
-    canvas.draw_points(hits[classes == LONG], palette.BEAM_LONG)
 
 
 def _occupancy(layer: Layer | None) -> OccupancyGrid | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, nan
 
 from rich.markup import escape
 from rich.text import Text
@@ -46,20 +46,29 @@ class VitalsPane(TextLines, can_focus=True):
         self._shown = Text("waiting for the robot", style=f"italic {css(DIM)}")
         self._warning = ""
 
-    def show(self, snapshot: Snapshot, info: RunInfo | None = None) -> None:
-        """Show the figures of a snapshot; of a robot without wheels, none of driving."""
+    def show(
+        self, snapshot: Snapshot, info: RunInfo | None = None, true_speed: float = nan
+    ) -> None:
+        """Show the figures of a snapshot; of a robot without wheels, none of driving.
+
+        Args:
+            snapshot: to show.
+            info: of its run.
+            true_speed: of the truth, m/s; NaN: unknown.
+        """
         text = Text(no_wrap=True, overflow="ellipsis")
         drives = info is None or info.drives
         self._battery(text, snapshot)
         if drives:
             self._localisation(text, snapshot)
             speed = snapshot.measured
-            _line(text, "speed", f"{speed.linear:5.2f} m/s  {speed.angular:+.2f} rad/s")
+            _line(text, "wheels", f"{speed.linear:5.2f} m/s  {speed.angular:+.2f} rad/s")
         if snapshot.arm is not None:
             arm_lines(text, snapshot.arm)
         _cameras(text, snapshot)
         if drives:
             self._counters(text, snapshot)
+            _truth(text, snapshot, true_speed)
         else:
             _hits(text, snapshot)
         self._stages(text, snapshot)
@@ -90,6 +99,8 @@ class VitalsPane(TextLines, can_focus=True):
         deviation = float(snapshot.covariance[:2, :2].trace()) ** 0.5
         _bar(text, "health", health, colour)
         text.append(f" {health:.2f} ±{deviation * 100:.0f} cm\n", style=css(colour))
+        if snapshot.old_scan:
+            _line(text, "scan", f"{snapshot.old_scan:.1f} s old", WARN)
         if snapshot.rivals:
             nearest = min(snapshot.pose.distance_to(rival.pose) for rival in snapshot.rivals)
             shares = " ".join(f"{rival.share:.0%}" for rival in snapshot.rivals[:3])
@@ -105,9 +116,6 @@ class VitalsPane(TextLines, can_focus=True):
             text, "recovery", f"{counters.get('recoveries', 0):3.0f}×  replans"
             f" {counters.get('replans', 0):.0f}  hits {collisions}", BAD if collisions else TEXT,
         )  # fmt: skip
-        if snapshot.truth is not None:
-            error = snapshot.pose.distance_to(snapshot.truth)
-            _line(text, "error", f"{error * 100:5.1f} cm [true pose]")
 
     def _stages(self, text: Text, snapshot: Snapshot) -> None:
         for name in STAGES:
@@ -117,6 +125,15 @@ class VitalsPane(TextLines, can_focus=True):
             _bar(text, name, stage.mean / FULL_BAR, PARTICLE if name != "body" else BUSY)
             text.append(f" {stage.mean * 1e3:5.2f} ms", style=css(TEXT))
             text.append(f" ▲{stage.overruns}\n" if stage.overruns else "\n", style=css(WARN))
+
+
+def _truth(text: Text, snapshot: Snapshot, speed: float) -> None:
+    """Show the true speed of a simulated robot, and how far its pose is wrong."""
+    if snapshot.truth is None:
+        return
+    error = snapshot.pose.distance_to(snapshot.truth)
+    fast = f"{speed:5.2f} m/s" if isfinite(speed) else "    -    "
+    _line(text, "truth", f"{fast}  {error * 100:.1f} cm off")
 
 
 def _hits(text: Text, snapshot: Snapshot) -> None:

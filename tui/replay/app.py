@@ -18,29 +18,34 @@ from stack.telemetry.records import Snapshot
 from tui.drawing.palette import BAD, DIM, css
 from tui.keys import VIEW_KEYS, Key
 from tui.link import Link
+from tui.panes.events_pane import EventsPane
+from tui.panes.map_pane import MapPane
 from tui.panes.tree_pane import TreePane
 from tui.replay.player import Player
 from tui.replay.timeline import Timeline
 from tui.run_view import RunView
+from tui.sheets.whole_text import WholeText
 
 REPLAY_KEYS = (
     Key("space,shift+space,p", "play", "Play", "play or pause", "space"),
-    Key("full_stop", "step(1)", "", "one snapshot forwards; , one back", ". ,"),
-    Key("comma", "step(-1)"),
-    Key("right_square_bracket", "skip(5)", "", "5 s forwards; [ back; } and { a minute", "[ ]"),
-    Key("left_square_bracket", "skip(-5)"),
-    Key("right_curly_bracket", "skip(60)"),
+    Key("comma", "step(-1)", "", "one snapshot back or forwards", ", ."),
+    Key("full_stop", "step(1)"),
+    Key("left_square_bracket", "skip(-5)", "", "5 s back or forwards; { } a minute", "[ ]"),
+    Key("right_square_bracket", "skip(5)"),
     Key("left_curly_bracket", "skip(-60)"),
-    Key("greater_than_sign", "factor(2.0)", "", "play faster or slower", "< >"),
-    Key("less_than_sign", "factor(0.5)"),
-    Key("n", "next_event(1)", "Event", "next event; N the one before", "n N"),
+    Key("right_curly_bracket", "skip(60)"),
+    Key("less_than_sign", "factor(0.5)", "", "play slower or faster", "< >"),
+    Key("greater_than_sign", "factor(2.0)"),
+    Key("n", "next_event(1)", "Event", "next event; N: the one before", "n N"),
     Key("N", "next_event(-1)"),
-    Key("x", "next_failure(1)", "Failure", "next failure, doubt or failsafe; X: before", "x X"),
+    Key("x", "next_failure(1)", "Failure",
+        "next failure, doubt, failsafe or silent sensor; X: before", "x X"),
     Key("X", "next_failure(-1)"),
-    Key("s", "next_change(1)", "", "next change of the selected node; S: the last", "s S"),
+    Key("s", "next_change(1)", "", "next change of the selected node; S: the one before", "s S"),
     Key("S", "next_change(-1)"),
     Key("home", "skip(-1e9)", "", "to the beginning; end: to the end", "home end"),
     Key("end", "skip(1e9)"),
+    Key("enter", "whole_text", "", "whole text of the selected node and the newest events"),
     Key("ctrl+c", "leave", everywhere=True),
     Key("colon", "go_to", "", "go to a time, as 83.5, 1:23 or 1:02:03", ":"),
 )  # fmt: skip
@@ -107,6 +112,7 @@ class ReplayDashboard(RunView, inherit_bindings=False):
 
     def refresh_now(self) -> None:
         """Show the snapshot at the play head."""
+        self.panes.query_one(MapPane).doors = self._player.doors_at_head()
         super().refresh_now()
         self._timeline.show()
 
@@ -166,6 +172,13 @@ class ReplayDashboard(RunView, inherit_bindings=False):
                 self.hurry()
 
         self.push_screen(AskTime(), answered)
+
+    def action_whole_text(self) -> None:
+        """Show the texts that do not fit into their panes."""
+        if self.snapshot is not None:
+            row = self.panes.query_one(TreePane).chosen_row
+            events = self.panes.query_one(EventsPane).shown
+            self.push_screen(WholeText(self.snapshot.reason, row, events))
 
     def action_leave(self) -> None:
         """Leave at once."""

@@ -11,6 +11,7 @@ from typing import Any
 from stack.errors import TelemetryError
 from stack.telemetry.records import ROUTINE, Ack, Command, Event, RunInfo, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
+from tui.panes.map_pane import Ends
 
 SLOWEST, FASTEST = 0.125, 64.0
 """Robot seconds per wall second."""
@@ -27,7 +28,7 @@ PAST = 75
 SHOWN_EVENTS = 2000
 """Events that are shown after a jump."""
 
-TROUBLES = ("doubt", "failsafe")
+TROUBLES = ("doubt", "failsafe", "sensor", "camera")
 """Kinds of events whose warnings count as failures."""
 
 LEAP = 2.0
@@ -50,6 +51,7 @@ class Player:
         recording: of the run; closed with the player.
         clock: returns wall seconds.
         factor: robot seconds per wall second.
+        doors: ends of the doors of the world by name.
 
     Attributes:
         recording: of the run.
@@ -66,7 +68,7 @@ class Player:
 
     def __init__(
         self, recording: SnapshotRecording, clock: Callable[[], float] = monotonic,
-        factor: float = 1.0,
+        factor: float = 1.0, doors: Mapping[str, Ends] | None = None,
     ) -> None:  # fmt: skip
         self.recording = recording
         self.factor, self.is_playing, self.jumped = factor, True, True
@@ -74,6 +76,7 @@ class Player:
         self._time = recording.times[0]
         self._number = self._next_event = -1
         self._log: list[Event] = []
+        self._doors = doors or {}
         self._moments = Moments((), (), ())
         self._read_log()
 
@@ -182,6 +185,14 @@ class Player:
         self.is_playing = False
         self.seek(times[index])
         return True
+
+    def doors_at_head(self) -> list[tuple[Ends, bool]]:
+        """The doors of the world, and whether each is closed."""
+        closed: dict[object, bool] = {}
+        for event in self._log:
+            if event.kind == "door" and event.time <= self._time:
+                closed[event.fields.get("door")] = bool(event.fields.get("closed"))
+        return [(ends, closed.get(name, False)) for name, ends in self._doors.items()]
 
     def changes_of(self, node: int) -> tuple[float, ...]:
         """Times at which the status of a node of the tree changed, ascending, s."""

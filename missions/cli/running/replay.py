@@ -23,10 +23,10 @@ def replay(
     """Play a run again in the dashboard.
 
     The run may be finished, killed or still being written. The tree, the map, charts and events are
-    those of the run, at any time of it. Keys: space plays or pauses, . and , step, [ ] and { } skip
+    those of the run, at any time of it. Keys: space plays or pauses, , and . step, [ ] and { } skip
     5 s and a minute, n and N go to the next and the previous event, x and X to the next and the
-    previous failure, s and S to the next and the previous change of the selected node, : to a time,
-    ? shows all. Nothing can be commanded.
+    previous failure or silent sensor, s and S to the next and the previous change of the selected
+    node, : to a time, enter shows whole texts, ? all keys. Nothing can be commanded.
     """
     from missions.execution.supervision.replaying import player_of, replay_run
     from missions.inspection.run_folders import find_run

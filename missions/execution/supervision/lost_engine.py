@@ -11,7 +11,7 @@ from pathlib import Path
 from missions.execution.report import Report, read_report
 from missions.execution.supervision.supervisor import Supervisor
 from stack.errors import TelemetryError
-from stack.runtime.holdups import held_seconds
+from stack.runtime.holdups import held_seconds, holds_of
 from stack.telemetry.event_log import read_events
 from stack.telemetry.hub import EVENTS
 from stack.telemetry.records import Event
@@ -57,7 +57,7 @@ def lost_reports(supervisor: Supervisor, reason: str, status: str = "error") -> 
                 "simulated_seconds": beat.time, "wall_seconds": wall,
                 "real_time_factor": beat.time / max(wall, 1e-9), "distance_m": beat.distance,
                 "log_sha256": _hash_of_events(folder),
-                "held": held_seconds(_events(folder), beat.time),
+                "held": held_seconds(holds_of(_events(folder), beat.time)),
             }
         )  # fmt: skip
         _write(folder, report)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from missions.execution.records.plan_facts import read_facts
 from missions.execution.report import INTERNAL_ERROR
 from stack.errors import InputError
 from stack.telemetry.snapshots.recording import SnapshotRecording
@@ -37,7 +38,8 @@ def player_of(folder: Path, at: str, factor: float) -> Player:
         InputError: the folder has no snapshots, or `at` is no time.
     """
     begin = time_of(at) if at else None
-    player = Player(SnapshotRecording(folder), factor=factor)
+    doors = {door.name: (door.start, door.end) for door in read_facts(folder).doors}
+    player = Player(SnapshotRecording(folder), factor=factor, doors=doors)
     if begin is not None:
         player.toggle()
         player.seek(begin)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.inspection.causes.cause import CERTAIN, LEAST, Cause, Fact, share
-from missions.inspection.causes.evidence import Evidence, people_of
-from missions.inspection.page.blockers import AT_PERSON
+from missions.inspection.causes.evidence import Evidence
+from missions.inspection.page.blockers import AT_PERSON, people_in
 from stack.costmap.layer import Frame, sampled
 from stack.geometry.connected import connected_to
 from stack.geometry.distance_transform import distances_to_zero
@@ -115,8 +115,8 @@ def _on_path(evidence: Evidence) -> list[Fact]:
 def things_seen(shot: Snapshot) -> FloatArray:
     """Return (n, 2) what the scan shows, map frame, without people: costmaps leave them out."""
     seen = np.empty((0, 2)) if shot.scan is None else shot.pose.transform(shot.scan.points())
-    for x, y, radius in people_of(shot):
-        seen = seen[np.hypot(seen[:, 0] - x, seen[:, 1] - y) > radius + AT_PERSON]
+    for one in people_in(shot, ()):
+        seen = seen[np.hypot(seen[:, 0] - one.x, seen[:, 1] - one.y) > one.radius + AT_PERSON]
     return seen
 
 
@@ -136,13 +136,13 @@ def goal_occupied(evidence: Evidence) -> Cause | None:
     grid, goal = evidence.costmap("global_costmap"), evidence.before.goal
     if evidence.code != FailureCode.GOAL_OCCUPIED or evidence.failed is None:
         return None
-    facts = [Fact(evidence.failed.message, evidence.failed.time)]
+    facts = list[Fact]()
     what = "an obstacle"
     if grid is not None and goal is not None:
         near = _within(grid, goal, 2 * NEAR) & (grid.cells >= INSCRIBED_COST)
         mapped = bool((near & _mapped(evidence, grid)).any())
         what = "an obstacle of the map" if mapped else "an obstacle that is not on the map"
-        facts.insert(0, Fact(f"{what} is at the goal", evidence.failed.time, (goal.x, goal.y)))
+        facts.append(Fact(f"{what} is at the goal", evidence.failed.time, (goal.x, goal.y)))
     strength = CERTAIN * max(LEAST, evidence.trust)
     return Cause(
         "goal in an obstacle", strength, f"the goal is in {what}, or too close to it", tuple(facts),

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from missions.execution.records.plan_facts import PlanFacts
-from missions.inspection.causes.cause import share
-from missions.inspection.causes.failed_nodes import FailedNode
+from missions.inspection.causes.cause import Fact, share
+from missions.inspection.failed_nodes import FailedNode
 from missions.inspection.page.story import Story
 from stack.navigation.landmarks import Landmarks
+from stack.runtime.holdups import covered
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from stack.types import CostGrid, FloatArray, Pose2D, wrap_angle
@@ -135,6 +136,17 @@ class Evidence:
             for part in (inside, standing)
         )
 
+    def held_facts(self, cause: str) -> list[Fact]:
+        """Return for how long a cause held the robot while the node ran; empty if it did not."""
+        spans = [
+            (max(hold.begin, self.begin), min(hold.end, self.end))
+            for hold in self.story.holds if hold.cause == cause and hold.end > self.begin
+        ]  # fmt: skip
+        seconds, name = covered(spans), "the run" if self.failed is None else self.failed.name
+        length = self.end - self.begin
+        words = f"held by {cause} for {seconds:.1f} of the {length:.1f} s of {name}"
+        return [Fact(words)] if seconds > 0.0 else []
+
     def _loss(self, shot: Snapshot, cause: str) -> float:
         if not any(one.cause == cause for one in shot.limitations):
             return 0.0
@@ -180,10 +192,3 @@ def pose_error(shot: Snapshot) -> float:
         return 0.0
     turned = abs(wrap_angle(shot.pose.heading - shot.truth.heading))
     return max(shot.pose.distance_to(shot.truth) / RIGHT_WITHIN, turned / RIGHT_HEADING)
-
-
-def people_of(shot: Snapshot) -> list[tuple[float, float, float]]:
-    """Return x, y and radius of the people of the simulation and of the tracks."""
-    known = [] if shot.people is None else shot.people.tolist()
-    tracked = [(*track.position, track.radius) for track in shot.tracks]
-    return [(x, y, radius) for x, y, radius in (*known, *tracked)]

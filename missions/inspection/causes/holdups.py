@@ -27,7 +27,7 @@ def held_by_person(evidence: Evidence) -> Cause | None:
         return None
     return Cause(
         "held by a person", CERTAIN if certain else CERTAIN * held,
-        "a person was in the way", _facts(evidence, PERSON, held),
+        f"{_who(evidence)} was in the way", _facts(evidence, PERSON),
         "let it wait longer (`navigator.person_patience`), take another route, or ask the person: "
         "`say` in a recovery",
     )  # fmt: skip
@@ -44,10 +44,16 @@ def held_by_obstacle(evidence: Evidence) -> Cause | None:
     return Cause(
         "held by an obstacle" if cause == OBSTACLE else f"held by {cause}",
         SYMPTOM * (1.0 if ahead else held), f"the robot was held: {_detail(evidence, cause)}",
-        _facts(evidence, cause, held),
+        _facts(evidence, cause),
         "look at what is there with `treepilot replay`; leave it more room, or change the zone or "
         "limit that holds the robot (`treepilot parameters MISSION safety`)",
     )  # fmt: skip
+
+
+def _who(evidence: Evidence) -> str:
+    """Return the names of the people who held the robot."""
+    names = dict.fromkeys(one.name for one in evidence.story.blockers if one.door is None)
+    return " and ".join(name for name in names if name != PERSON) or "a person"
 
 
 def _detail(evidence: Evidence, cause: str) -> str:
@@ -56,14 +62,12 @@ def _detail(evidence: Evidence, cause: str) -> str:
     return next((one.detail for one in every if one.cause == cause), cause)
 
 
-def _facts(evidence: Evidence, cause: str, held: float) -> tuple[Fact, ...]:
+def _facts(evidence: Evidence, cause: str) -> tuple[Fact, ...]:
     told = [event for event in evidence.told("held") if event.fields.get("cause") == cause]
     found = [Fact(event.text, event.time) for event in told[-3:]]
-    if held:
-        found.append(Fact(f"it cost {held:.0%} of the time before the failure"))
-    if evidence.failed is not None:
-        found.append(Fact(evidence.failed.message, evidence.failed.time))
-    return tuple(found)
+    found += evidence.held_facts(cause)
+    failed = evidence.failed
+    return tuple(found or ([] if failed is None else [Fact(failed.message, failed.time)]))
 
 
 CAUSES = (held_by_person, held_by_obstacle)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.cause import BELIEVED, CERTAIN, TRULY, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
 from stack.telemetry.records import Snapshot
 from stack.types import Pose2D, wrap_angle
@@ -119,7 +119,7 @@ def _slips(shots: Sequence[Snapshot]) -> list[Slip]:
     if abs(moved - wheels) > SLID:
         text = f"the robot moved {moved:.2f} m, and the wheels {wheels:.2f} m, in {seconds:.1f} s"
         missing = share(abs(moved - wheels), max(moved, wheels))
-        found.append(Slip(missing, Fact(text, other.time, (end.x, end.y))))
+        found.append(Slip(missing, _fact(text, other)))
     asked = sum(
         min(a.commanded.angular, b.commanded.angular, key=abs) * (b.time - a.time)
         for a, b in pairwise(shots)
@@ -129,7 +129,7 @@ def _slips(shots: Sequence[Snapshot]) -> list[Slip]:
     missing = abs(asked) - max(0.0, turned * np.sign(asked))
     if missing > UNTURNED:
         text = f"{asked:+.2f} rad were commanded and {turned:+.2f} rad turned in {seconds:.1f} s"
-        found.append(Slip(share(missing, abs(asked)), Fact(text, other.time, (end.x, end.y))))
+        found.append(Slip(share(missing, abs(asked)), _fact(text, other)))
     return found
 
 
@@ -141,10 +141,15 @@ def _not_driven(evidence: Evidence) -> Slip | None:
     )
     if commanded < COMMANDED or moved > commanded:
         return None
-    pose, seconds = evidence.last.pose, evidence.times[-1] - evidence.times[first]
-    text = f"{commanded:.1f} m were commanded and {moved:.1f} m driven in the last {seconds:.0f} s"
-    fact = Fact(text, evidence.end, (pose.x, pose.y))
-    return Slip(share(commanded - moved, commanded), fact)
+    seconds = evidence.times[-1] - evidence.times[first]
+    text = f"{commanded:.1f} m were commanded and {moved:.1f} m moved in the last {seconds:.0f} s"
+    return Slip(share(commanded - moved, commanded), _fact(text, evidence.last))
+
+
+def _fact(text: str, shot: Snapshot) -> Fact:
+    """Return a fact with the place of the robot."""
+    place = place_of(shot)
+    return Fact(text, shot.time, (place.x, place.y), TRULY if shot.truth else BELIEVED)
 
 
 def _driven(evidence: Evidence, first: int) -> tuple[int, float, float]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
 
 from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
 from missions.inspection.causes.costmaps import ROOM, ground_of, reachable_area
-from missions.inspection.causes.evidence import Evidence, people_of
-from missions.inspection.page.blockers import AT_PERSON
-from stack.costmap.closed_way import ClosedWay, closed_way
+from missions.inspection.causes.evidence import Evidence
+from missions.inspection.page.blockers import Person, person_at
+from stack.costmap.closed_way import closed_way
 from stack.costmap.closing_zones import zone_words
-from stack.telemetry.records import Snapshot
 from stack.types import FailureCode
 
 
@@ -28,16 +26,17 @@ def passage_closed(evidence: Evidence) -> Cause | None:
     if found is None:
         return _no_way(evidence)
     marks = evidence.landmarks
-    if _person_at(shot, found.at):
-        return _closed_by_person(evidence, found)
-    door = marks.door_at(found.at)
+    if person := person_at(shot, found.at, evidence.facts.people):
+        return _closed_by_person(evidence, person)
+    at = _told_place(evidence) or found.at
+    door = marks.door_at(at)
     moved = [
         event for event in evidence.told("door")
         if door is not None and event.fields.get("door") == door.name
     ]  # fmt: skip
     facts = (
         Fact(f"the map has a way of {found.length:.1f} m to {marks.name(shot.goal)}, closed after "
-             f"{found.open_length:.1f} m", evidence.end, found.at),
+             f"{found.open_length:.1f} m", evidence.end),
         *(Fact(event.text, event.time) for event in moved[-1:]),
     )  # fmt: skip
     advice = "wait for it (`retry` with a delay), take another way, or ask for help with `say`"
@@ -45,7 +44,7 @@ def passage_closed(evidence: Evidence) -> Cause | None:
         advice += "; if it is always there, draw it into the map"
     return Cause(
         "passage closed", CERTAIN * evidence.trust * share(reachable_area(grid, shot.pose), ROOM),
-        marks.closed(found.at),
+        marks.closed(at),
         facts, advice,
     )  # fmt: skip
 
@@ -78,16 +77,18 @@ def _no_way(evidence: Evidence) -> Cause:
     )  # fmt: skip
 
 
-def _person_at(shot: Snapshot, at: tuple[float, float]) -> bool:
-    """Whether a person of the simulation, or a track, is at a place; also one who stands."""
-    return any(hypot(x - at[0], y - at[1]) <= r + AT_PERSON for x, y, r in people_of(shot))
+def _told_place(evidence: Evidence) -> tuple[float, float] | None:
+    """Return where navigation found the way of the failed drive closed; None if it did not."""
+    told = [event.fields.get("place") for event in evidence.told("closed", evidence.begin)]
+    return (float(told[-1][0]), float(told[-1][1])) if told and told[-1] else None
 
 
-def _closed_by_person(evidence: Evidence, found: ClosedWay) -> Cause:
-    where = evidence.landmarks.where(found.at)
+def _closed_by_person(evidence: Evidence, person: Person) -> Cause:
+    who = person.words
     return Cause(
-        "held by a person", CERTAIN * evidence.trust, f"a person stands in the way at {where}",
-        (Fact("the map has a way; a person closes it", evidence.end, found.at),),
+        "held by a person", CERTAIN * evidence.trust,
+        f"{who} stands in the way at {evidence.landmarks.where((person.x, person.y))}",
+        (Fact(f"the map has a way; {who} closes it", evidence.end),),
         "wait for them (`retry` with a delay), take another way, or ask with `say`",
     )  # fmt: skip
 

@@ -87,8 +87,8 @@ def padding_wide(evidence: Evidence) -> Cause | None:
     default = SafetyParameters().padding
     facts = (
         Fact(f"safety.padding is {padding:g} m; default {default:g} m", evidence.end),
-        Fact(f"the obstacle is {room:.2f} m from the robot; it was held for {held:.0%} of the "
-             "standstill"),
+        Fact(f"the obstacle is {room:.2f} m from the robot"),
+        *evidence.held_facts(OBSTACLE),
     )  # fmt: skip
     return Cause(
         "setting does not fit", CERTAIN * held * (1.0 if room > default else 0.5),

@@ -6,7 +6,7 @@ from math import degrees, pi
 
 import numpy as np
 
-from missions.inspection.causes.cause import CERTAIN, SYMPTOM, Cause, Fact, share
+from missions.inspection.causes.cause import BELIEVED, CERTAIN, SYMPTOM, TRULY, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence, pose_error
 from missions.inspection.causes.motion import jump_of
 from stack.types import FailureCode, wrap_angle
@@ -37,7 +37,8 @@ def moved_by_hand(evidence: Evidence) -> Cause | None:
         what = "robot" if is_seen else "estimate"
         facts.append(
             Fact(f"the {what} moved by {jumped.distance:.2f} m, its wheels by "
-                 f"{jumped.wheels:.2f} m", jumped.time, jumped.at)
+                 f"{jumped.wheels:.2f} m", jumped.time, jumped.at,
+                 TRULY if evidence.last.truth else BELIEVED)
         )  # fmt: skip
     return Cause(
         "moved by hand", confused * (CERTAIN if is_seen else SYMPTOM),
@@ -65,8 +66,8 @@ def pose_wrong(evidence: Evidence) -> Cause | None:
     facts = (
         Fact(f"the estimate is {away:.2f} m and {degrees(turned):.0f} deg from the truth "
              f"({shot.truth.x:.2f}, {shot.truth.y:.2f}), with a health of {shot.health:.2f}",
-             shot.time, (shot.pose.x, shot.pose.y)),
-        Fact("the pose was wrong", first.time, (first.pose.x, first.pose.y)),
+             shot.time, (shot.pose.x, shot.pose.y), BELIEVED),
+        Fact("the pose was wrong", first.time, (first.pose.x, first.pose.y), BELIEVED),
     )  # fmt: skip
     return Cause(
         "pose wrong", SYMPTOM * share(error, 2.0),
@@ -87,7 +88,7 @@ def lost(evidence: Evidence) -> Cause | None:
     worst = min(evidence.shots, key=lambda item: item.health)
     facts = (
         Fact(f"health {worst.health:.2f}, lost below {worst.health_thresholds.lost:g}",
-             worst.time, (worst.pose.x, worst.pose.y)),
+             worst.time, (worst.pose.x, worst.pose.y), BELIEVED),
         *([Fact(f"health {shot.health:.2f} at the failure", shot.time)]
           if shot.health >= shot.health_thresholds.lost else []),
         *(Fact(event.text, event.time) for event in doubts),

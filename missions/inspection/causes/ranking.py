@@ -13,10 +13,12 @@ from missions.inspection.causes import (
     sensors,
     time_limits,
 )
-from missions.inspection.causes.cause import LEAST, Cause
+from missions.inspection.causes.cause import LEAST, Cause, in_order
 from missions.inspection.causes.evidence import Evidence
-from missions.inspection.causes.failed_nodes import earlier_failures, failed_node
 from missions.inspection.page.story import Story
+
+MOST_EARLIER = 3
+"""Earlier failures that are looked at: a fallback may have hidden the cause."""
 
 EVERY = (
     *endings.CAUSES, *time_limits.CAUSES, *motion.CAUSES, *poses.CAUSES, *costmaps.CAUSES,
@@ -33,12 +35,11 @@ def causes_of(story: Story) -> list[Cause]:
     """
     if story.status == "success":
         return []
-    decisive = failed_node(story)
-    found = _judged(Evidence(story, decisive))
-    earlier = [] if found or decisive is None else earlier_failures(story)
+    found = _judged(Evidence(story, story.failed))
+    earlier = [] if found or story.failed is None else story.failures.every[::-1][:MOST_EARLIER]
     return next(filter(None, (_judged(Evidence(story, node)) for node in earlier)), found)
 
 
 def _judged(evidence: Evidence) -> list[Cause]:
-    found = [cause for judge in EVERY if (cause := judge(evidence)) is not None]
+    found = [in_order(cause) for judge in EVERY if (cause := judge(evidence)) is not None]
     return sorted((one for one in found if one.strength >= LEAST), key=lambda one: -one.strength)

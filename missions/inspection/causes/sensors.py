@@ -37,14 +37,14 @@ def sensor_silent(evidence: Evidence) -> Cause | None:
     facts = (
         *(Fact(event.text, event.time) for event in silent),
         *([Fact(f"the newest scan was {ages[-1]:.1f} s old", evidence.end)] if blind else []),
-        *([Fact(f"old measurements cost {stops:.0%} of the time")] if stops else []),
+        *evidence.held_facts(OLD_MEASUREMENT),
     )
     alarm = min(event.time for event in silent)
     names = [str(event.fields.get("sensor", event.fields.get("camera"))) for event in silent]
     strength = CERTAIN if blind else CERTAIN * max(0.4, stops)
     return Cause(
         "sensor silent", strength * (1.0 - _dropped_share(evidence)),
-        f"no measurements of {', '.join(names)} {_newest(evidence, names, alarm)}", facts,
+        f"nothing came from {', '.join(names)} {_newest(evidence, names, alarm)}", facts,
         "check its cable, power and driver; a mission can wait for it or stop, see `treepilot "
         "trace`",
     )  # fmt: skip
@@ -52,14 +52,14 @@ def sensor_silent(evidence: Evidence) -> Cause | None:
 
 def scans_late(evidence: Evidence) -> Cause | None:
     """Scans arrive, but long after they were measured."""
-    ages, stops = _ages(evidence), evidence.held_share(OLD_MEASUREMENT)
+    ages = _ages(evidence)
     age = float(np.median(ages)) if len(ages) else 0.0
     if age <= FRESH or _silent(evidence):
         return None
     facts = (
         Fact(f"scans were {age:.2f} s old (median of the last {RECENT:g} s); fresh up to {FRESH:g}"
              " s", evidence.end),
-        *([Fact(f"old measurements cost {stops:.0%} of the time")] if stops else []),
+        *evidence.held_facts(OLD_MEASUREMENT),
     )  # fmt: skip
     return Cause(
         "scans late", CERTAIN * share(age, LATE) * (1.0 - _dropped_share(evidence)),
@@ -77,7 +77,7 @@ def age_limit_low(evidence: Evidence) -> Cause | None:
     limit = float(evidence.last.parameters.get("safety.stale_after", 0.0))
     facts = (
         Fact(f"safety.stale_after {limit:g} s; scans were {np.median(ages):.2f} s old (median)"),
-        Fact(f"old measurements cost {stops:.0%} of the time", evidence.end),
+        *evidence.held_facts(OLD_MEASUREMENT),
     )
     return Cause(
         "setting does not fit", CERTAIN * stops,

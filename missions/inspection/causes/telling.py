@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Any
 
 from missions.inspection.causes.cause import Cause, Fact
-from missions.inspection.causes.failed_nodes import failed_node
 from missions.inspection.page.story import Story
 from stack.types.printable import printable
 
@@ -17,7 +16,7 @@ FORMAT = 1
 
 def plain_of(story: Story, causes: Sequence[Cause]) -> dict[str, Any]:
     """Return what `treepilot diagnose --json` prints."""
-    failed = failed_node(story)
+    failed = story.failed
     return {
         "format": FORMAT,
         "run": story.name,
@@ -29,18 +28,36 @@ def plain_of(story: Story, causes: Sequence[Cause]) -> dict[str, Any]:
     }
 
 
+def sure_cause(causes: Sequence[Cause]) -> Cause | None:
+    """Return the first cause if the records show it directly."""
+    return next((cause for cause in causes[:1] if cause.is_sure), None)
+
+
+def headline(story: Story, causes: Sequence[Cause]) -> str:
+    """Return when and where a mission ended, and why: the cause, or the reason without a sure one.
+
+    As in: after 9.0 s: timeout 9 s: TIMED_OUT, because nothing came from lidar after 2.9 s.
+    """
+    when = f"after {story.over:.1f} s"
+    if story.report is None:
+        when += "; it ended without a report: it was killed, or is not over"
+    failed, cause = story.failed, sure_cause(causes)
+    if failed is None:
+        return f"{when}: {story.reason}" if story.reason else when
+    where = f"{when}: {failed.name}: {failed.code}"
+    return f"{where} {failed.message}" if cause is None else f"{where}, because {cause.sentence}"
+
+
 def lines_of(story: Story, causes: Sequence[Cause]) -> Iterator[str]:
     """Yield what `treepilot diagnose` prints."""
-    yield printable(f"{story.name}: {story.status} after {story.end:.1f} s")
+    yield printable(f"{story.name}: {story.status} {headline(story, causes)}")
     if story.status == "success":
         yield "The run went well: there is nothing to explain."
         return
-    failed = failed_node(story)
-    if failed is not None:
-        yield printable(f"  {failed.time:.1f} s  {failed.name}: {failed.code} {failed.message}")
-        yield printable(f"  {failed.where}  {failed.line}")
-    elif story.reason:
-        yield printable(f"  {story.reason}")
+    if story.failed is not None:
+        yield printable(f"  {story.failed.where}  {story.failed.line}")
+        if sure_cause(causes):
+            yield printable(f"  {story.failed.message}")
     if not causes:
         yield "The records show no known cause. `treepilot replay` shows what the robot saw."
     for number, cause in enumerate(causes, start=1):
@@ -54,5 +71,5 @@ def lines_of(story: Story, causes: Sequence[Cause]) -> Iterator[str]:
 def fact_line(fact: Fact) -> str:
     """Return a fact with its time and place."""
     time = "" if fact.time is None else f"{fact.time:.1f} s: "
-    place = "" if fact.at is None else f", at ({fact.at[0]:.2f}, {fact.at[1]:.2f})"
+    place = "" if fact.at is None else f", {fact.how} ({fact.at[0]:.2f}, {fact.at[1]:.2f})"
     return f"{time}{fact.text}{place}"

@@ -8,9 +8,9 @@ from math import hypot
 
 import numpy as np
 
-from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
+from missions.inspection.causes.cause import BELIEVED, CERTAIN, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
-from missions.inspection.causes.failed_nodes import FailedNode
+from missions.inspection.failed_nodes import FailedNode
 from stack.telemetry.records import Snapshot
 from stack.types import FailureCode
 from stack.types.limitations import CAUSES as CAUSES_OF_LIMITS
@@ -40,9 +40,10 @@ def time_limit(evidence: Evidence) -> Cause | None:
     left, advice = _left(inside, failed)
     facts = (
         *left,
-        Fact(f"it moved in {moving:.0%} of {took:.1f} s", failed.time, (pose.x, pose.y)),
+        Fact(f"it moved for {moving:.0%} of the {took:.1f} s of {failed.name}", failed.time,
+             (pose.x, pose.y), BELIEVED),
         *_slower(evidence),
-    )
+    )  # fmt: skip
     steady = share(moving - HALTING, STEADY - HALTING) * _straight(inside)
     gained = steady * (1.0 - max(slowed, _unused(evidence)))
     sentence = f"{failed.name} ended after {took:.1f} s, and the robot got ahead all the time"

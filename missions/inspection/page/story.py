@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,11 @@ from numpy.typing import NDArray
 from missions.execution.records.inputs import COPIES
 from missions.execution.records.plan_facts import PlanFacts, read_facts
 from missions.execution.report import read_fields
+from missions.inspection.failed_nodes import FailedNode, Failures, failures_of
 from missions.inspection.page.blockers import Blocker, blockers_of
-from missions.inspection.trace_model import Node, Trace, Tree, read_trace
+from missions.inspection.trace_model import Node, Trace, read_trace
 from stack.documents.files import YAML_BYTES, read_bytes
+from stack.runtime.holdups import Hold, holds_of
 from stack.telemetry.records import Event, Snapshot
 from stack.telemetry.snapshots.recording import SnapshotRecording
 from stack.types import FloatArray, Footprint, OccupancyGrid
@@ -26,9 +27,6 @@ MOST_SAMPLES = 1500
 
 FASTEST = 5.0
 """Speed in m/s above which a robot was lifted and has not driven."""
-
-AT_ONCE = 0.5
-"""Seconds between the failure of a node and events with the same sentence."""
 
 NEAREST_BEAMS = 3
 """Beams below a distance that make it the distance to something: one alone may be noise."""
@@ -44,11 +42,10 @@ class Samples:
         true_x, true_y: of the truth, map frame, metres; NaN without a simulation.
         speed: measured, m/s; commanded: m/s.
         nearest: distance from the lidar to the nearest thing, metres; NaN without a scan.
+        stale: whether the newest scan was too old to drive by.
         health: of the localisation. deviation: of the estimate, metres.
         error: distance of the estimate from the truth, metres; NaN without a simulation.
         compute: milliseconds of a step, mean since the sample before.
-        held: cause by which the robot was held, or "".
-        stands: whether it stood because of it.
         joints: speed of the fastest joint of the arm, rad/s. fingers: width between them, mm.
         grip: force with which they press, N. NaN without an arm.
     """
@@ -61,12 +58,11 @@ class Samples:
     speed: FloatArray
     commanded: FloatArray
     nearest: FloatArray
+    stale: NDArray[np.bool_]
     health: FloatArray
     deviation: FloatArray
     error: FloatArray
     compute: FloatArray
-    held: tuple[str, ...]
-    stands: NDArray[np.bool_]
     joints: FloatArray
     fingers: FloatArray
     grip: FloatArray
@@ -82,35 +78,10 @@ class Samples:
         return np.append(np.nan, speed)
 
     @property
-    def held_spans(self) -> list[tuple[int, int, str]]:
-        """First sample, sample after the last, and cause of each time in which it stood."""
-        spans, at = [], 0
-        keys = zip(self.held, self.stands, strict=True)
-        for (cause, stands), group in groupby(keys):
-            count = len(list(group))
-            if stands and cause:
-                spans.append((at, at + count, cause))
-            at += count
-        return spans
-
-
-@dataclass(frozen=True)
-class Failing:
-    """A leaf of the tree that failed, once or several times for the same reason.
-
-    Attributes:
-        times: of the failures, seconds.
-        name: of the node. message: why.
-        where: file and line of the mission; line: its text.
-        path: names from the root to the node.
-    """
-
-    times: tuple[float, ...]
-    name: str
-    message: str
-    where: str
-    line: str
-    path: tuple[str, ...]
+    def true_distance(self) -> float:
+        """Metres that the robot really drove, without lifts; NaN where it is unknown."""
+        moved = self.true_speed[1:] * np.diff(self.time)
+        return float(np.nansum(moved)) if np.isfinite(moved).any() else float("nan")
 
 
 @dataclass(frozen=True)
@@ -160,8 +131,14 @@ class Story:
 
     @property
     def end(self) -> float:
-        """Robot time at the end, seconds."""
+        """Robot time of the last snapshot, seconds."""
         return float(self.samples.time[-1])
+
+    @property
+    def over(self) -> float:
+        """Robot time at which the mission ended, seconds; of the last snapshot if it did not."""
+        ends = (event.time for event in reversed(self.events) if event.kind == "mission_ended")
+        return next(ends, self.end)
 
     @property
     def status(self) -> str:
@@ -186,35 +163,14 @@ class Story:
         return self.trace.events
 
     @cached_property
-    def failures(self) -> list[Failing]:
-        """The leaves that failed, in order of their first failures."""
-        found: dict[tuple[int, int, str], list[float]] = {}
-        places: dict[tuple[int, int, str], tuple[Tree, Node]] = {}
-        for event, tree, number in self.trace.with_trees():
-            if event.kind != "node_status" or event.fields.get("to") != "failure":
-                continue
-            node = tree.nodes[int(event.fields["node"])]
-            if tree.children(node):
-                continue
-            key = number, node.id, str(event.fields.get("message") or "")
-            found.setdefault(key, []).append(event.time)
-            places[key] = tree, node
-        return [
-            Failing(
-                tuple(times), places[key][1].name, key[2], places[key][1].where,
-                self.line_of(places[key][1].where), _path(*places[key]),
-            )
-            for key, times in found.items()
-        ]  # fmt: skip
+    def failures(self) -> Failures:
+        """The nodes that failed."""
+        return failures_of(self.trace, self.line_of)
 
-    def tells_failure(self, event: Event) -> bool:
-        """Whether an event tells what the failure of a node at its time tells, or a part of it."""
-        return any(
-            failing.message
-            and (failing.message in event.text or event.text in failing.message)
-            and any(abs(time - event.time) <= AT_ONCE for time in failing.times)
-            for failing in self.failures
-        )
+    @property
+    def failed(self) -> FailedNode | None:
+        """The node whose failure ended the mission; None if it did not end so."""
+        return self.failures.last if self.status == "failure" else None
 
     @cached_property
     def bars(self) -> list[tuple[int, Node, list[Bar]]]:
@@ -240,6 +196,11 @@ class Story:
                 if spans[node.id]
             ]
         return rows
+
+    @cached_property
+    def holds(self) -> list[Hold]:
+        """What held the robot, and when."""
+        return holds_of(self.events, self.over)
 
     def line_of(self, where: str) -> str:
         """Text of a line of the mission, as in: office_patrol.yaml:21."""
@@ -278,7 +239,7 @@ def read_story(folder: Path) -> Story:
         samples = _samples(shots)
         if not info.drives:
             samples = _of_tool(samples, shots)
-        blockers = blockers_of(trace.events, recording, facts)
+        blockers = blockers_of(trace.events, recording, shots, facts)
     return Story(
         folder, trace, samples, last, info.title or info.mission, info.robot, info.world,
         {name: (pose.x, pose.y) for name, pose in info.places.items()}, info.footprint,
@@ -290,10 +251,6 @@ def _samples(shots: list[Snapshot]) -> Samples:
     def values(read: Any) -> FloatArray:
         return np.array([read(shot) for shot in shots], dtype=np.float64)
 
-    worst = [
-        next((one for one in shot.limitations if one.stands), next(iter(shot.limitations), None))
-        for shot in shots
-    ]
     return Samples(
         time=values(lambda shot: shot.time),
         x=values(lambda shot: shot.pose.x),
@@ -303,14 +260,13 @@ def _samples(shots: list[Snapshot]) -> Samples:
         speed=values(lambda shot: np.hypot(shot.measured.linear, shot.measured.lateral)),
         commanded=values(lambda shot: np.hypot(shot.commanded.linear, shot.commanded.lateral)),
         nearest=values(_nearest),
+        stale=np.array([shot.old_scan > 0.0 for shot in shots]),
         health=values(lambda shot: shot.health),
         deviation=values(lambda shot: np.sqrt(max(0.0, np.trace(shot.covariance[:2, :2])))),
         error=values(
             lambda shot: np.nan if shot.truth is None else shot.pose.distance_to(shot.truth)
         ),
         compute=_compute(shots),
-        held=tuple("" if one is None else one.cause for one in worst),
-        stands=np.array([one is not None and one.stands for one in worst]),
         joints=values(lambda shot: np.nan if shot.arm is None else shot.arm.speed),
         fingers=values(lambda shot: np.nan if shot.arm is None else 1e3 * shot.arm.width),
         grip=values(lambda shot: np.nan if shot.arm is None else shot.arm.force),
@@ -360,12 +316,3 @@ def _compute(shots: list[Snapshot]) -> FloatArray:
 def _total(shot: Snapshot) -> tuple[float, float]:
     timing = shot.stages.get("step")
     return (0.0, 0.0) if timing is None else (timing.mean * timing.count, float(timing.count))
-
-
-def _path(tree: Tree, node: Node) -> tuple[str, ...]:
-    names: list[str] = []
-    at: Node | None = node
-    while at is not None:
-        names.append(at.name)
-        at = tree.nodes.get(at.parent)
-    return tuple(reversed(names))

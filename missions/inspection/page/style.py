@@ -31,13 +31,16 @@ figcaption b { margin-right: 10px; } figcaption { font-size: 13px; line-height: 
 image { image-rendering: pixelated; }
 polyline { fill: none; stroke-width: 3; stroke-linejoin: round; stroke-linecap: round; }
 .speed0 { stroke: #7048e8; } .speed1 { stroke: #4263eb; } .speed2 { stroke: #1098ad; }
-.speed3 { stroke: #37b24d; } .speed4 { stroke: #f59f00; }
+.speed3 { stroke: #2b8a3e; } .speed4 { stroke: #82c91e; }
+.jump { stroke: var(--dim); stroke-width: 1.2; stroke-dasharray: 1.5 4; }
+.stood { fill: none; stroke: var(--ink); stroke-width: 1.6; stroke-dasharray: 3 2; }
 .key line { stroke-width: 4; }
-.heldmark { fill: none; stroke: var(--warn); stroke-width: 2.5; } .held { fill: var(--warn); }
+.heldmark { fill: none; stroke: var(--warn); stroke-width: 2.5; }
+.stopped { fill: var(--warn); } .slower { fill: var(--warn); opacity: .45; }
 .truth { stroke: var(--ink); stroke-width: 1.6; stroke-dasharray: 5 4; }
 .block { fill: none; stroke-width: 2; }
 .shut { stroke: var(--bad); stroke-width: 5; } .person { fill: var(--run4);
-  stroke: var(--paper); } .map text { paint-order: stroke; stroke: var(--panel);
+  stroke: var(--paper); fill-opacity: .75; } .map text { paint-order: stroke; stroke: var(--panel);
   stroke-width: 3px; stroke-linejoin: round; }
 .small.blocker { fill: var(--ink); font-weight: 600; }
 .moved { fill: var(--warn); stroke: var(--paper); }
@@ -53,13 +56,14 @@ td, th { text-align: left; vertical-align: top; padding: 3px 8px 3px 0;
 td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
 @container (max-width: 620px) { .map .small { font-size: 17px; } .mark { font-size: 22px; } }
 @container (max-width: 420px) { .map .small { font-size: 22px; } .mark { font-size: 28px; } }
-code { font-size: .85rem; background: var(--panel); padding: 1px 4px; border-radius: 4px; }
+tr.warning td.source { color: var(--warn); } tr.error td.source { color: var(--bad); }
+code { font-size: .85rem; background: var(--panel); padding: 1px 3px; border-radius: 4px; }
 .note { border-left: 4px solid var(--warn); background: var(--panel); padding: 8px 12px;
   border-radius: 4px; margin: 0 0 8px; } .note ul { margin: 4px 0; padding-left: 20px; }
 .narrow { display: none; }
 td.number, td.source { width: 1%; padding-right: 14px; }
 td.source { white-space: nowrap; } tr.head th { white-space: nowrap; }
-figure.timeline { max-width: 980px; } .row { display: grid; align-items: center; gap: 8px;
+.row { display: grid; align-items: center; gap: 8px;
   grid-template-columns: minmax(110px, 28%) 1fr; font-size: 13px; line-height: 1.5; }
 .row .label { white-space: nowrap; overflow: hidden; text-overflow: ellipsis; color: var(--dim); }
 .row svg { height: 13px; } .ticks { position: relative; height: 1.6em; color: var(--dim);

@@ -8,6 +8,7 @@ from html import escape
 
 from missions.inspection.page.scales import time_steps
 from missions.inspection.page.story import Story
+from stack.types.limitations import SLOWER, STOPPED
 from stack.types.printable import printable
 
 MOST_ROWS = 60
@@ -37,13 +38,12 @@ def timeline(story: Story) -> str:
         for depth, node, bars in rows[:MOST_ROWS]
     ]  # fmt: skip
     held = defaultdict[str, list[Piece]](list)
-    time = story.samples.time
-    for first, last, cause in story.samples.held_spans:
-        held[cause].append((time[first], time[min(last, len(time) - 1)], "held", "held"))
+    for hold in sorted(story.holds, key=lambda one: one.effect):  # stopped above slower
+        held[hold.cause].append((hold.begin, hold.end, hold.effect, hold.effect))
     parts += [_row(f"held by {cause}", 0, story.end, pieces) for cause, pieces in held.items()]
     faults = fault_spans(story)
     parts += [_row(f"fault {name}", 0, story.end, pieces) for name, pieces in faults.items()]
-    return "".join([*parts, _axis(story.end), _legend(story, held=bool(held), faults=bool(faults))])
+    return "".join([*parts, _axis(story.end), _legend(story, faults=bool(faults))])
 
 
 def fault_spans(story: Story) -> dict[str, list[Piece]]:
@@ -83,11 +83,12 @@ def _axis(end: float) -> str:
     return f'<div class="row"><span></span><div class="ticks">{ticks}</div></div>'
 
 
-def _legend(story: Story, *, held: bool, faults: bool) -> str:
+def _legend(story: Story, *, faults: bool) -> str:
     """The colours that this timeline has."""
     found = {bar.outcome for _, _, bars in story.bars for bar in bars}
     colours = [(OUTCOMES[word], word) for word in OUTCOMES if word in found]
-    colours += [("held", "held")] if held else []
+    effects = {hold.effect for hold in story.holds}
+    colours += [(effect, effect) for effect in (STOPPED, SLOWER) if effect in effects]
     colours += [("bad", "fault")] if faults else []
     keys = "".join(
         f'<span class="key"><svg viewBox="0 0 12 12" width="12" height="12">'

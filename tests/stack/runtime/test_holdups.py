@@ -5,7 +5,7 @@ from math import pi
 import pytest
 
 from stack.navigation.landmarks import Landmarks
-from stack.runtime.holdups import Holdups, held_seconds
+from stack.runtime.holdups import Holdups, held_seconds, holds_of
 from stack.telemetry.records import Event
 from stack.types import Limitation, Pose2D
 
@@ -31,7 +31,7 @@ class Told:
         told = [
             Event(0, 0, time, "", "", kind, "", fields) for time, kind, _, fields in self.events
         ]
-        return held_seconds(told, self.now)
+        return held_seconds(holds_of(told, self.now))
 
     def pass_time(self, seconds, *limitations, pose=Pose2D(2.0, 1.0, pi / 2), kept=0.0):
         for _ in range(round(seconds / PERIOD)):
@@ -57,7 +57,7 @@ def test_an_event_tells_after_a_second_what_holds_the_robot_and_where(told):
     assert fields["begin"] == pytest.approx(2.0)
     assert fields["place"] == pytest.approx([2.0, 1.5])
     assert ended == pytest.approx(5.5, abs=0.1)  # half a second after the last step of it
-    assert end[:2] == ["held_end", "held no longer by obstacle, after 3.0 s"]
+    assert end[:2] == ["held_end", "no longer stopped by: obstacle, after 3.0 s"]
 
 
 def test_flicker_is_one_holdup_and_short_ones_are_not_told(told):
@@ -66,7 +66,8 @@ def test_flicker_is_one_holdup_and_short_ones_are_not_told(told):
         told.pass_time(0.1)
     assert [kind for _, kind, *_ in told.events] == ["held"]
     told.pass_time(1.0)
-    assert told.seconds() == {"stopped": {"obstacle": pytest.approx(2.0)}, "slower": {}}
+    # 20 times 0.2 s, without the 0.1 s after the last step of it
+    assert told.seconds() == {"stopped": {"obstacle": pytest.approx(3.9)}, "slower": {}}
     told.pass_time(0.8, AHEAD)
     told.pass_time(1.0)
     assert [kind for _, kind, *_ in told.events] == ["held", "held_end"]
@@ -79,7 +80,7 @@ def test_driving_slower_holds_the_robot_below_half_of_its_velocity(told):
     told.pass_time(5.0, SLOW, kept=0.6)
     assert [(kind, text) for _, kind, text, _ in told.events] == [
         ("held", "slower: the speed limit here is 0.20 m/s"),
-        ("held_end", "held no longer by speed limit, after 5.0 s"),
+        ("held_end", "no longer slower by: speed limit, after 5.0 s"),
     ]
     assert told.seconds() == {"stopped": {}, "slower": {"speed limit": 5.0}}
     assert (
@@ -105,6 +106,15 @@ def test_a_failure_quotes_what_held_the_robot_most(told):
     assert sentence == f"held 5.0 of 8.0 s: {told_of}"
     assert told.holdups.sentence(told.now - 1.0, told.now) == ""
     assert told.holdups.sentence(0.0, told.now).startswith("held 5.0 of 18.0 s: ")
+
+
+def test_what_stops_and_slows_the_robot_in_turn_counts_once(told):
+    """Each effect has its own hold-up: both last from 0 to nearly 4 s."""
+    near = Limitation("slower", "obstacle", "obstacle 0.8 m ahead", (0.8, 0.0))
+    for _ in range(20):
+        told.pass_time(0.1, AHEAD)
+        told.pass_time(0.1, near)
+    assert told.holdups.sentence(0.0, told.now).startswith("held 4.0 of 4.0 s: slower: obstacle")
 
 
 def test_a_holdup_before_the_time_counts_only_from_then_on(told):
