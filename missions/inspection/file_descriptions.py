@@ -11,7 +11,7 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import catalogue_of, load_robot, load_world
 from missions.inspection.declaration_tables import aligned
 from missions.inspection.diagnosis import FileKind, file_kind
-from missions.inspection.doctor import counted
+from missions.inspection.doctor.passages import counted
 from missions.language.expressions.shown import shown
 from missions.language.model import Mission
 from missions.language.reading.trees import read_trees

@@ -19,8 +19,8 @@ def doctor(
 
     Of a robot, find the beams of its lidars that see the robot. Exit code 1 if there are any.
     """
-    from missions.inspection.doctor import examine
-    from missions.inspection.doctor_lidars import diagnose_lidars, is_robot
+    from missions.inspection.doctor.lidars import diagnose_lidars, is_robot
+    from missions.inspection.doctor.passages import examine
 
     if is_robot(place):
         found = diagnose_lidars(place)

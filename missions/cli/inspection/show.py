@@ -61,6 +61,6 @@ def _world(names: list[str], png: Path | None) -> None:
         raise InputError(f"show draws one world, got {' '.join(names)}")
     if png is None:
         raise InputError(f"show world {names[0]} needs --png FILE; `describe` prints its content")
-    from missions.inspection.doctor import show_world
+    from missions.inspection.doctor.passages import show_world
 
     typer.echo(show_world(names[0], png), err=True)

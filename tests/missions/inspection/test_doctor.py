@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from missions.execution.resources import MISSIONS
-from missions.inspection.doctor import examine, show_world
-from missions.inspection.doctor_lidars import is_robot
+from missions.inspection.doctor.lidars import is_robot
+from missions.inspection.doctor.passages import examine, show_world
 from missions.map_picture import FOOTER, GRID, TEXT
 from robots.load import find_robot
 from stack.errors import InputError

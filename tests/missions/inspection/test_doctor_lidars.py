@@ -4,7 +4,7 @@ from math import degrees
 
 import pytest
 
-from missions.inspection.doctor_lidars import diagnose_lidars, is_robot
+from missions.inspection.doctor.lidars import diagnose_lidars, is_robot
 from robots.load import read_robot
 from tests.stack.sim.masted_robot import ROBOT, masted
 

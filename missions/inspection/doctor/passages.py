@@ -90,7 +90,7 @@ def examine(
     lines = [_head(place, robot), *(" ".join(each) for each in found)]
     lines.append(_result(verdicts, len(passages), len(place.places), robot))
     if picture is not None:
-        from missions.inspection.doctor_picture import draw
+        from missions.inspection.doctor.picture import draw
 
         title = f"{place.name}, {robot.name} ({_needed(robot):.2f} m wide)"
         draw(picture, place.grid, clearance, passages, place.places, robot, title)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from missions.execution.resources import load_robot
 from missions.inspection.diagnosis import FileKind, kind_of
-from missions.inspection.doctor import Examination, counted
+from missions.inspection.doctor.passages import Examination, counted
 from robots.load import robot_names
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.perception.own_body import OwnBody
