@@ -400,7 +400,7 @@ def diagnosis(follower: Follower, block: Block) -> None:
     """It has the shape of the real output, and its causes are in the table below it."""
     told, page = block.text.splitlines(), block.page.read_text("utf-8")
     for line in told:
-        assert re.match(r"\w+: \w+ after [\d.]+ s$|  |\d\. [a-z ]+ \(\d+%\): |   |$", line), line
+        assert re.match(r"\w+: \w+ after [\d.]+ s: |  |\d\. [a-z ]+ \(\d+%\): |   |$", line), line
     for cause in re.findall(r"^\d\. ([a-z ]+) \(", block.text, re.MULTILINE):
         assert f"| `{cause}` |" in page
 

@@ -88,14 +88,21 @@ def first_difference(one: Iterable[Event], other: Iterable[Event], names: tuple[
         other: events of another run.
         names: of the two runs.
     """
-    for old, new in zip_longest(one, other):
-        if old == new:
-            continue
-        if old is None or new is None:
-            longer, event = (names[1], new) if old is None else (names[0], old)
-            return f"equal up to {event.time:.2f} s; then only {longer} continues: {event.text}"
+    old, new = differing_events(one, other)
+    if old is not None and new is not None:
         return f"equal up to {min(old.time, new.time):.2f} s; then {_apart(old, new, names)}"
+    for longer, event in zip(names, (old, new), strict=True):
+        if event is not None:
+            return f"equal up to {event.time:.2f} s; then only {longer} continues: {event.text}"
     return ""
+
+
+def differing_events(
+    one: Iterable[Event], other: Iterable[Event]
+) -> tuple[Event | None, Event | None]:
+    """The first events in which two runs differ; None of a run that ends before, or if none do."""
+    pairs = ((old, new) for old, new in zip_longest(one, other) if old != new)
+    return next(pairs, (None, None))
 
 
 def _apart(old: Event, new: Event, names: tuple[str, str]) -> str:

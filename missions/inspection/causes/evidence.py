@@ -10,7 +10,7 @@ import numpy as np
 
 from missions.execution.records.plan_facts import PlanFacts
 from missions.inspection.causes.cause import Fact, share
-from missions.inspection.failed_nodes import FailedNode
+from missions.inspection.page.failed_nodes import FailedNode
 from missions.inspection.page.story import Story
 from stack.navigation.landmarks import Landmarks
 from stack.runtime.holdups import covered

@@ -10,7 +10,7 @@ import numpy as np
 
 from missions.inspection.causes.cause import BELIEVED, CERTAIN, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
-from missions.inspection.failed_nodes import FailedNode
+from missions.inspection.page.failed_nodes import FailedNode
 from stack.telemetry.records import Snapshot
 from stack.types import FailureCode
 from stack.types.limitations import CAUSES as CAUSES_OF_LIMITS

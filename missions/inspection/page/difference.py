@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import zip_longest
 from math import hypot
 
-from missions.execution.repeat import first_difference
+from missions.execution.repeat import differing_events
 from missions.inspection.page.story import Story
 from stack.telemetry.records import Event
 
@@ -17,11 +17,12 @@ APART = 0.01
 def difference(one: Story, other: Story) -> str:
     """Return the sentences for people: what differs first, and up to where all bits are equal."""
     names = one.name, other.name
-    exact = first_difference(one.events, other.events, names)
+    exact = [event for event in differing_events(one.events, other.events) if event is not None]
     if not exact:
         return "the two runs are equal, event by event"
     parted = _parted(one.events, other.events, names)
-    bits = f"bit by bit they are {exact.partition(';')[0]}"
+    time, kind = exact[0].time, exact[0].kind
+    bits = f"bit by bit they are equal up to {time:.2f} s (event {exact[0].number}, {kind})"
     if not parted:
         return f"the same happens in both runs, and the poses agree within {APART:g} m; {bits}"
     return f"{min(parted)[1]}; {bits}"

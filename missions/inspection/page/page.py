@@ -13,8 +13,8 @@ from missions.inspection.causes.cause import Cause
 from missions.inspection.causes.html import causes_html
 from missions.inspection.causes.ranking import causes_of
 from missions.inspection.causes.telling import headline
-from missions.inspection.failed_nodes import FailedNode
 from missions.inspection.page.difference import difference
+from missions.inspection.page.failed_nodes import FailedNode
 from missions.inspection.page.map_figure import map_figure
 from missions.inspection.page.plots import plot
 from missions.inspection.page.story import Story

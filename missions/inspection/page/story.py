@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from missions.execution.records.inputs import COPIES
 from missions.execution.records.plan_facts import PlanFacts, read_facts
 from missions.execution.report import read_fields
-from missions.inspection.failed_nodes import FailedNode, Failures, failures_of
 from missions.inspection.page.blockers import Blocker, blockers_of
+from missions.inspection.page.failed_nodes import FailedNode, Failures, failures_of
 from missions.inspection.trace_model import Node, Trace, read_trace
 from stack.documents.files import YAML_BYTES, read_bytes
 from stack.runtime.holdups import Hold, holds_of

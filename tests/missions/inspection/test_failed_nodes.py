@@ -2,7 +2,7 @@
 
 import pytest
 
-from missions.inspection.failed_nodes import failures_of
+from missions.inspection.page.failed_nodes import failures_of
 from missions.inspection.trace_model import Trace, _tree
 from stack.telemetry.records import Event
 

@@ -215,7 +215,7 @@ def test_two_runs_stand_side_by_side_with_their_first_difference(runs, story):
     text = checked(page_of([story, other]))
     assert "run 1" in text
     assert "run 2" in text
-    assert re.search(r"equal up to \d+\.\d\d s; then", text)
+    assert re.search(r"; bit by bit they are equal up to \d+\.\d\d s \(event \d+, \w+\)", text)
     assert "the two runs are equal, event by event" in checked(page_of([story, story]))
 
 
