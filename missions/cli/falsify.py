@@ -58,7 +58,9 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
     set_: Settings = None,
     parameter: Parameters = None,
 ) -> None:
-    """Search settings and faults that break a mission, and write the simplest ones as a mission.
+    """Search settings and faults that break a mission.
+
+    The simplest ones are written as a mission.
 
     Every run counts as broken that collides, fails, or misses a margin. Exit codes: 0 nothing was
     found, 1 the mission breaks.

@@ -85,7 +85,7 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     robot: OtherRobot = None,
     set_: Settings = None,
 ) -> None:
-    """Search parameter values in simulation, by Optuna, and keep the best."""
+    """Search parameter values in simulation and keep the best."""
     from missions.sweeps.checking import checked
     from missions.sweeps.factors import read_factor
     from missions.sweeps.runner import ExecutionSettings

@@ -4,7 +4,7 @@ A file with errors is rejected: every finding is reported and the current tree c
 file is compiled, the current tree is halted, and the new tree starts from its root once the robot
 has stopped. Blackboard values are kept where both files declare the key with the same type;
 arguments from `--set` are kept; parameters of components take effect as in live tuning. World,
-robot, map, start and the choice of components change only with the next run.
+robot, map, start, faults and the choice of components change only with the next run.
 """
 
 from __future__ import annotations
@@ -186,6 +186,8 @@ def _for_next_run(former: PreparedMission, plan: PreparedMission) -> Iterator[st
             yield f"{word} {after}"
     if former.start != plan.start:
         yield "start"
+    if former.faults != plan.faults:
+        yield "faults"
 
 
 def _shown(finding: Finding) -> str:

@@ -59,7 +59,7 @@ def _summary(files: int, errors: int, warnings: int) -> str:
 def explain(
     code: Annotated[str, typer.Argument(help="of a finding or a failure, e.g. E132, LOST")],
 ) -> None:
-    """Explain the code of a finding or a failure: its cause, and the fix."""
+    """Explain the code of a finding or a failure, and the fix."""
     from missions.inspection.explain import explanation
 
     typer.echo(explanation(code))

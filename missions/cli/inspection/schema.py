@@ -17,7 +17,9 @@ def schema(
     ] = None,
     mission: PluginsOf = None,
 ) -> None:
-    """Print the mission language with the behaviours, a robot and a world, on one page.
+    """Print the mission language and what there is, on one page.
+
+    Behaviours, a robot and a world.
 
     With --prompt also instructions, usual mistakes and examples. `treepilot check --json` answers
     to a draft.
