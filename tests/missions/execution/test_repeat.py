@@ -190,7 +190,7 @@ def test_a_shipped_mission_repeats_from_its_copy(tmp_path):
 def test_files_of_an_installed_package_are_named_and_not_copied(tmp_path):
     """The meshes of the arm are 9.5 MB of pybullet_data."""
     mission = tmp_path / "arm.yaml"
-    mission.write_text("mission: arm\nrobot: panda_eye\nworld: bench_board\nrun: {home_arm: {}}\n")
+    mission.write_text("mission: arm\nrobot: panda_eye\nworld: marker_board\nrun: {home_arm: {}}\n")
     out = tmp_path / "run"
     first = run_mission(mission, RunOptions(seed=3, out=out))
     assert first.status == "success", first.reason
