@@ -152,6 +152,10 @@ LAYOUTS: dict[str, Layout] = {
         **{stage: f"{{{stage} ms:.2f}} ms"
            for stage in ("body", "estimate", "costmap", "navigate")},
     }),
+    "watched": Layout({
+        "pair": "{pair}", "alone": "{alone s:.2f} s", "watched": "{watched s:.2f} s",
+        "cost": "{cost %:.1f} %",
+    }),
     "dashboard": Layout({
         "terminal": "{terminal}", "mission": "{state}", "of a core": "{core %:.1f} %",
         "to the terminal": "{kB/s:.1f} kB/s",

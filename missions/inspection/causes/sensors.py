@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from math import isfinite
 
 import numpy as np
 
 from missions.inspection.causes.cause import CERTAIN, Cause, Fact, share
 from missions.inspection.causes.evidence import Evidence
-from stack.telemetry.records import Event, Snapshot
+from stack.telemetry.records import Event
 from stack.types import FloatArray
 from stack.types.limitations import OLD_MEASUREMENT
 
@@ -22,29 +21,29 @@ LATE = 0.5
 RECENT = 5.0
 """Seconds before the failure in which the age of the scans counts."""
 
-MOVED, UNCHANGED = 0.01, 1e-3
-"""Metres by which a robot moves from scan to scan, and by which noise alone changes ranges."""
-
 
 def sensor_silent(evidence: Evidence) -> Cause | None:
-    """A sensor delivered nothing."""
+    """A sensor delivered nothing, or its last scan again and again."""
     silent = _silent(evidence)
     if not silent:
         return None
+    frozen = [event for event in evidence.told("sensor") if event.fields.get("fault") == "frozen"]
     ages = _ages(evidence)
     stops = evidence.held_share(OLD_MEASUREMENT)
     blind = bool(len(ages)) and ages[-1] > 1.0
     facts = (
-        *(Fact(event.text, event.time) for event in silent),
+        *(Fact(event.text, event.time) for event in (*frozen, *silent)),
         *([Fact(f"the newest scan was {ages[-1]:.1f} s old", evidence.end)] if blind else []),
         *evidence.held_facts(OLD_MEASUREMENT),
     )
     alarm = min(event.time for event in silent)
     names = [str(event.fields.get("sensor", event.fields.get("camera"))) for event in silent]
+    repeats = {*names} <= {str(event.fields["sensor"]) for event in frozen}
+    what = f"{', '.join(names)} repeats its last scan: nothing new" if repeats else "nothing"
     strength = CERTAIN if blind else CERTAIN * max(0.4, stops)
     return Cause(
         "sensor silent", strength * (1.0 - _dropped_share(evidence)),
-        f"nothing came from {', '.join(names)} {_newest(evidence, names, alarm)}", facts,
+        f"{what} came from {', '.join(names)} {_newest(evidence, names, alarm)}", facts,
         "check its cable, power and driver; a mission can wait for it or stop, see `treepilot "
         "trace`",
     )  # fmt: skip
@@ -84,42 +83,6 @@ def age_limit_low(evidence: Evidence) -> Cause | None:
         "safety stops the robot for measurements that are as old as they have to be", facts,
         "let `safety.stale_after` be longer than the period of each range sensor",
     )  # fmt: skip
-
-
-def scans_repeated(evidence: Evidence) -> Cause | None:
-    """The lidar delivers the same ranges again and again, although the robot moves."""
-    since = evidence.end - RECENT
-    recent = [shot for shot in evidence.shots if shot.time >= since]
-    scans = {shot.scan.stamp: shot for shot in recent if shot.scan is not None}
-    pairs = [
-        (one, other)
-        for one, other in pairwise(scans.values())
-        if one.odometry.distance_to(other.odometry) > MOVED
-    ]
-    repeated = [_is_repeated(one, other) for one, other in pairs]
-    if not any(repeated):
-        return None
-    pairs = pairs[repeated.index(True) :]
-    equal = [other for one, other in pairs if _is_repeated(one, other)]
-    pose = equal[0].pose
-    facts = (
-        Fact(f"{len(equal)} of {len(pairs)} scans of the moving robot have the ranges of the one "
-             "before", equal[0].time, (pose.x, pose.y)),
-    )  # fmt: skip
-    return Cause(
-        "sensor silent", share(len(equal), len(pairs)),
-        "the lidar repeats its last scan", facts,
-        "check the lidar and its driver: it delivers, but measures nothing",
-    )  # fmt: skip
-
-
-def _is_repeated(one: Snapshot, other: Snapshot) -> bool:
-    assert one.scan is not None and other.scan is not None
-    if one.scan.ranges.shape != other.scan.ranges.shape:
-        return False
-    both = np.isfinite(one.scan.ranges) & np.isfinite(other.scan.ranges)
-    change = np.abs(one.scan.ranges[both] - other.scan.ranges[both])
-    return bool(len(change)) and float(np.median(change)) < UNCHANGED
 
 
 def wrong_stamps(evidence: Evidence) -> Cause | None:
@@ -190,4 +153,4 @@ def _ages(evidence: Evidence) -> FloatArray:
     )
 
 
-CAUSES = (sensor_silent, scans_repeated, scans_late, age_limit_low, wrong_stamps)
+CAUSES = (sensor_silent, scans_late, age_limit_low, wrong_stamps)

@@ -218,7 +218,7 @@ def test_an_arm_is_refused_on_a_rover(folder):
         "swing_arm needs an arm, and scout has none",
         "move_fingers needs a gripper, and scout has none",
     ]
-    assert "use a robot with an arm: fetcher, panda_table" in str(found[0])
+    assert "use a robot with an arm: fetcher, panda_eye, panda_table" in str(found[0])
 
 
 def test_kernels_that_drive_are_not_compiled_for_an_arm(folder):

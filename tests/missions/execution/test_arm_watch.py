@@ -64,7 +64,7 @@ def test_the_arm_waits_for_somebody_who_comes_into_its_way(tmp_path):
     assert told.startswith(
         "stopped: the arm waits: something that the cameras see is in the way of panda_"
     )
-    assert done.told("held_end")[0].startswith("held no longer by obstacle, after ")
+    assert done.told("held_end")[0].startswith("no longer stopped by: obstacle, after ")
     assert any("waits for" in message and "is in the way of" in message
                for message in done.messages)  # fmt: skip
 

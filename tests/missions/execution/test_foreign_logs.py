@@ -138,7 +138,8 @@ def test_a_recording_whose_scans_cannot_be_used_fails_with_the_reason(folder, la
     def observed():
         for k in range(100):
             now = 61.0 + 0.05 * k
-            scan = Scan(now - (late or 0.0), np.full(180, 2.0, np.float32), -1.5, 0.017, 0.0, 80.0)
+            ranges = np.full(180, 2.0 - 0.01 * k, np.float32)
+            scan = Scan(now - (late or 0.0), ranges, -1.5, 0.017, 0.0, 80.0)
             wheels = Odometry(now, Pose2D(0.01 * k, 0.0), Twist(0.2, 0.0))
             yield Observation(now, {"wheels": wheels} | ({} if late is None else {"lidar": scan}))
 

@@ -41,7 +41,8 @@ GUARDED = {
 
 GRASPING = {
     "move_arm": "{posture: home}", "home_arm": "{}", "open_gripper": "{}", "close_gripper": "{}",
-    "detect_blocks": "{}", "pick": "{}", "place": "{block: red}",
+    "detect_blocks": "{}",
+    "look_at": "{point: {x: 50 cm, z: 20 cm}}", "pick": "{}", "place": "{block: red}",
 }  # fmt: skip
 """Behaviours that need an arm or a gripper."""
 

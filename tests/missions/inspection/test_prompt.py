@@ -36,7 +36,8 @@ def test_the_prompt_has_the_words_of_the_language(prompt):
     shown = {name for name in known.catalogue.names() if f"\n- {name}(" in prompt}
     missing = {*known.catalogue.names()} - shown
     assert missing == {  # the scout has no arm
-        "close_gripper", "detect_blocks", "home_arm", "move_arm", "open_gripper", "pick", "place",
+        "close_gripper", "detect_blocks", "home_arm", "look_at", "move_arm", "open_gripper", "pick",
+        "place",
     }  # fmt: skip
     assert "navigate_to_pose(goal: Pose, tolerance: m = none" in prompt
     assert "desk_a       [1.9, 2.2, 180 deg]" in prompt
