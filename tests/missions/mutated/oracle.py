@@ -123,7 +123,7 @@ def meaning(value: Any) -> Any:
     if isinstance(value, CheckedExpression):
         return value.source
     if isinstance(value, Symbol):
-        return value.name, str(value.role), str(value.type), str(value.value)
+        return value.name, str(value.role), str(value.type), str(value.value), value.one_of
     if isinstance(value, Mark | Path):
         return None
     if is_dataclass(value):
