@@ -24,6 +24,9 @@ HOST = "127.0.0.1"
 PERIOD = 0.2
 """Robot time between two snapshots, s."""
 
+FLUSHING = 0.3
+"""Wall seconds that are left to send the end of a run."""
+
 BACKLOG = 128
 """Messages that wait for a slow client at most; then it loses the oldest."""
 
@@ -55,6 +58,7 @@ class FoxgloveServer(Sink):
                 " choose another port"
             ) from None
         self._snapshots, self._newcomer = Schedule(PERIOD), Flag()
+        self._subscriptions = _Subscriptions(self._newcomer)
         self._server: Any = None
         self._drawing: FoxgloveDrawing | None = None
 
@@ -69,7 +73,7 @@ class FoxgloveServer(Sink):
         from stack.telemetry.foxglove.drawing import FoxgloveDrawing
 
         context = foxglove.Context()
-        listener: Any = _Subscriptions(self._newcomer)  # the library asks for more methods
+        listener: Any = self._subscriptions  # the library asks for more methods
         self._server = foxglove.start_server(
             name=info.title or info.mission,
             host=HOST,
@@ -103,6 +107,8 @@ class FoxgloveServer(Sink):
         """Send what waits and stop the server. Safe to call twice."""
         server, self._server = self._server, None
         if server is not None:
+            if self._subscriptions.is_anybody:
+                Flag().wait(FLUSHING)  # the library drops what it has not sent when it stops
             server.stop()
 
 
@@ -110,10 +116,11 @@ class _Subscriptions:
     """Notes new subscriptions; called from the server's threads."""
 
     def __init__(self, newcomer: Flag) -> None:
-        self._newcomer = newcomer
+        self._newcomer, self.is_anybody = newcomer, False
 
     def on_subscribe(self, client: object, channel: object) -> None:
         """Somebody has subscribed to a topic."""
+        self.is_anybody = True
         self._newcomer.set()
 
     def on_unsubscribe(self, client: object, channel: object) -> None:
