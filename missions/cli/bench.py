@@ -87,8 +87,8 @@ def missions(
     robots = () if robot is None else (robot,)
     options = Options(out, jobs, range(seeds), tuple(names or ()), robots)
     shown = progress(sweep_of(options).runs)
-    with interruptible(out):
-        rows = measured(options, shown.update)
+    with interruptible(out) as check:
+        rows = measured(options, shown.update, check)
     tell(shown.line(rows))
     for line in report_lines(rows):
         typer.echo(line)

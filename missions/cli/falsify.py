@@ -72,6 +72,7 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
     from missions.falsify.ranges import fault_factors
     from missions.sweeps.checking import checked
     from missions.sweeps.design import RANDOM
+    from missions.sweeps.runner import ExecutionSettings
     from missions.sweeps.sweep import NONE, Sweep
     from missions.sweeps.table import SweepFolder
 
@@ -97,8 +98,9 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
         replace(sweep, factors=tuple(factors.values())),
         lambda factor, error: InputError(f"{factor.name}: {error}"),
     )
-    with interruptible(folder.path):
-        outcome = Falsifier(ready, requirements, folder, jobs, tell).run()
+    with interruptible(folder.path) as check:
+        execution = ExecutionSettings(jobs, check=check)
+        outcome = Falsifier(ready, requirements, folder, execution, tell).run()
         _end(outcome, ready.sweep, folder.path)
 
 

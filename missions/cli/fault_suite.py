@@ -66,8 +66,8 @@ def faults(  # noqa: PLR0913 - each is an option of the command
     for name, reason in suite.left_out.items():
         tell(f"left out: {name}: {reason}")
     shown = progress(suite.runs)
-    with interruptible(out):
-        run_suite(suite, out, ExecutionSettings(jobs), shown.update)
+    with interruptible(out) as check:
+        run_suite(suite, out, ExecutionSettings(jobs, check=check), shown.update)
     cells = cells_of(suite, out)
     for line in table_lines(suite, cells):
         typer.echo(line)

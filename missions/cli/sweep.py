@@ -176,8 +176,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
         return
     folder = SweepFolder(Path(words.values.get("out", Path("sweeps") / Path(sweep.mission).stem)))
     shown = progress(sweep.runs)
-    with interruptible(folder.path):
-        rows = run_sweep(ready, folder, execution, shown.update)
+    with interruptible(folder.path) as check:
+        rows = run_sweep(ready, folder, replace(execution, check=check), shown.update)
     tell(shown.line(rows))
     for line in _summary(rows, folder.path):
         typer.echo(line)

@@ -2,7 +2,7 @@
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -24,27 +24,39 @@ INTERRUPTED = 130
 
 
 @contextmanager
-def interruptible(folder: Path) -> Iterator[None]:
+def interruptible(folder: Path) -> Iterator[Callable[[], None]]:
     """End a command with 130 at Ctrl-C, SIGTERM or SIGHUP, and say how to continue.
 
     Of SIGTERM and SIGHUP only the first one counts: another one does not cut off what is being
     written.
 
+    Yields what the loop of the runs calls: it raises KeyboardInterrupt after a signal. The handler
+    raises it too, but wherever the signal arrives; Python drops it there in callbacks of the
+    garbage collector, for example.
+
     Args:
         folder: of the results.
     """
-    wanted = [signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
-        wanted.append(signal.SIGHUP)
+    wanted = [
+        number for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        if signal.getsignal(number) is not signal.SIG_IGN  # nohup
+    ]  # fmt: skip
+    received: list[int] = []
 
-    def interrupt(_: int, __: FrameType | None) -> None:
-        for number in wanted:
-            signal.signal(number, signal.SIG_IGN)
+    def interrupt(number: int, _: FrameType | None) -> None:
+        received.append(number)
+        if number != signal.SIGINT:
+            for other in {*wanted} - {signal.SIGINT}:
+                signal.signal(other, signal.SIG_IGN)
         raise KeyboardInterrupt
+
+    def check() -> None:
+        if received:
+            raise KeyboardInterrupt
 
     before = {number: signal.signal(number, interrupt) for number in wanted}
     try:
-        yield
+        yield check
     except KeyboardInterrupt:
         tell(f"interrupted; {folder} has the finished runs: run the command again to continue")
         raise typer.Exit(INTERRUPTED) from None

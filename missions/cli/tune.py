@@ -112,12 +112,12 @@ def tune(  # noqa: PLR0913 - each is an option of the command
         robot=robot, time_limit=duration(time_limit, "--time-limit"), keep=NONE,
     )  # fmt: skip
     ready = checked(sweep, lambda one, error: InputError(f"--try {one.name}: {error}"))
-    options = TuneOptions(
-        folder, objectives, samples, seeds, confirm, sampling_seed,
-        ExecutionSettings(jobs or 1, cluster=cluster or ""),
-    )  # fmt: skip
-    tuning = Tuning(ready, options, tell)
-    with interruptible(folder):
+    with interruptible(folder) as check:
+        execution = ExecutionSettings(jobs or 1, cluster=cluster or "", check=check)
+        options = TuneOptions(
+            folder, objectives, samples, seeds, confirm, sampling_seed, execution
+        )  # fmt: skip
+        tuning = Tuning(ready, options, tell)
         try:
             tuned = tuning.run()
         except KeyboardInterrupt:

@@ -81,17 +81,17 @@ class Falsifier:
         checked: the factors, as a sweep; its number of runs is the budget.
         requirements: of which the margins are the least.
         folder: of the results.
-        jobs: processes.
+        execution: processes and patience.
         tell: shows a line of progress.
     """
 
     def __init__(
         self, checked: CheckedSweep, requirements: Sequence[Requirement], folder: SweepFolder,
-        jobs: int, tell: Tell,
+        execution: ExecutionSettings, tell: Tell,
     ) -> None:  # fmt: skip
         self._checked, self._sweep = checked, checked.sweep
         self._requirements, self._folder = requirements, folder
-        self._execution, self._tell = ExecutionSettings(jobs), tell
+        self._execution, self._tell = execution, tell
         self._inputs = SweepInputs(self._sweep, folder.runs, checked.paths, diagnoses=False)
         self._known: dict[int, SweepRow] = {}
         self._number = 0

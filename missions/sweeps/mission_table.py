@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
@@ -41,14 +41,22 @@ def sweep_of(options: Options) -> Sweep:
     )  # fmt: skip
 
 
-def measured(options: Options, follow: Follow = lambda _: None) -> list[SweepRow]:
+def measured(
+    options: Options, follow: Follow = lambda _: None, check: Callable[[], None] = lambda: None
+) -> list[SweepRow]:
     """Make the runs that the folder lacks; return all rows.
+
+    Args:
+        options: of the bench.
+        follow: gets all rows so far.
+        check: called at times; raises KeyboardInterrupt to end the bench.
 
     Raises:
         InputError: a mission or an option has errors, or the folder has another sweep.
     """
     ready = checked(sweep_of(options), EMPTY.refusal)
-    return run_sweep(ready, SweepFolder(options.out), ExecutionSettings(options.jobs), follow)
+    execution = ExecutionSettings(options.jobs, check=check)
+    return run_sweep(ready, SweepFolder(options.out), execution, follow)
 
 
 def table_of(rows: Sequence[SweepRow]) -> Rows:

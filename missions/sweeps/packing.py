@@ -29,6 +29,10 @@ ALSO_COMPARED = ("pin", "gtsam", "distributed")
 """Further packages whose versions are compared: results of arms and maps depend on them."""
 
 
+JOINED = "+"
+"""Joins names and files of faults."""
+
+
 @dataclass(frozen=True)
 class PackedSweep:
     """What a process on another machine needs to make the runs of a sweep.
@@ -82,10 +86,12 @@ def pack_sweep(inputs: SweepInputs) -> PackedSweep:
 
 def _texts(sweep: Sweep) -> Iterable[str]:
     """Yield all texts of a sweep that may name a file."""
-    yield from (text for text in (sweep.mission, sweep.robot, sweep.world) if text is not None)
-    yield from (*sweep.arguments.values(), *sweep.parameters.values())
-    for factor in sweep.factors:
-        yield from factor.values
+    chosen = (sweep.mission, sweep.robot, sweep.world, sweep.faults)
+    texts = [text for text in chosen if text is not None]
+    texts += [*sweep.arguments.values(), *sweep.parameters.values()]
+    texts += [text for factor in sweep.factors for text in factor.values]
+    yield from texts
+    yield from (name.strip() for text in texts if JOINED in text for name in text.split(JOINED))
 
 
 class UnpackedSweep:
@@ -110,6 +116,7 @@ class UnpackedSweep:
             sweep, mission=self._here(sweep.mission),
             robot=sweep.robot and self._here(sweep.robot),
             world=sweep.world and self._here(sweep.world),
+            faults=sweep.faults and self._here(sweep.faults),
             arguments=self._all_here(sweep.arguments), parameters=self._all_here(sweep.parameters),
         )  # fmt: skip
         self.inputs = replace(packed.inputs, sweep=here, runs=folder / "kept" / "runs")
@@ -126,7 +133,8 @@ class UnpackedSweep:
         return replace(row, settings=dict(run.settings), reason=reason)
 
     def _here(self, text: str) -> str:
-        return self._places.get(text, text)
+        parts = [text] if text in self._places else text.split(JOINED)
+        return JOINED.join(self._places.get(part.strip(), part) for part in parts)
 
     def _all_here(self, texts: Mapping[str, str]) -> dict[str, str]:
         return {name: self._here(text) for name, text in texts.items()}

@@ -47,12 +47,14 @@ class ExecutionSettings:
         until: claim that ends the sweep once it is decided.
         silence: seconds computed, or idle, without a step after which a run counts as hung.
         cluster: address of a Dask scheduler, whose workers make the runs; empty: this machine's.
+        check: called at times; raises KeyboardInterrupt to end the sweep.
     """
 
     jobs: int = 1
     until: Claim | None = None
     silence: float = SILENCE
     cluster: str = ""
+    check: Callable[[], None] = lambda: None
 
 
 def run_sweep(
@@ -115,16 +117,21 @@ def made_rows(
         execution: number of processes and their limits.
         on_poll: called at times.
     """
+
+    def polled() -> None:
+        execution.check()
+        on_poll()
+
     if execution.cluster:
         from missions.sweeps.cluster import cluster_rows  # imports Dask
 
-        yield from cluster_rows(execution.cluster, inputs, runs, execution.silence, on_poll)
+        yield from cluster_rows(execution.cluster, inputs, runs, execution.silence, polled)
         return
     several = any(factor.name in SCENE for factor in inputs.sweep.factors)
     made = results(
         partial(start_worker, inputs), runs, execution.jobs,
         RUNS_PER_PROCESS if not several else SCENES_PER_PROCESS,
-        silence=execution.silence, on_poll=on_poll,
+        silence=execution.silence, on_poll=polled,
     )  # fmt: skip
     with closing(made):  # type: ignore[type-var]
         for run, result in made:

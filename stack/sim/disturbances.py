@@ -15,6 +15,7 @@ from stack.sim.worlds.world import Door, Push
 from stack.types import (
     Disturbance,
     DroppedBox,
+    FloatArray,
     Footprint,
     LiftedRobot,
     MovedDoor,
@@ -63,11 +64,7 @@ def _drop(
         ahead = robot.description.footprint.front + AHEAD + size[0] / 2.0
         x, y = here.transform(np.array([[ahead, 0.0]]))[0]
         pose = Pose2D(float(x), float(y), here.heading)
-    reach = hypot(size[0], size[1]) / 2.0
-    for other in simulation.robots:
-        if pose.distance_to(other.truth.pose) < reach + other.radius:
-            where = f"({pose.x:.2f}, {pose.y:.2f})"
-            raise InputError(f"no room for the box at {where}: a robot is there")
+    _check_room("box", pose, hypot(size[0], size[1]) / 2.0, simulation.movers())
     if len(simulation.boxes) >= MOST_BOXES:
         raise InputError(f"there are {MOST_BOXES} dropped boxes already")
     corners = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
@@ -101,4 +98,12 @@ def _lift(simulation: Simulation, robot: SimulatedRobot, pose: Pose2D) -> None:
             f"({pose.x:g}, {pose.y:g}) is outside the world, which covers x {x_min:g} to "
             f"{x_max:g} m and y {y_min:g} to {y_max:g} m"
         )
+    _check_room("robot", pose, robot.radius, simulation.movers(but=robot))
     robot.lift(pose)
+
+
+def _check_room(what: str, pose: Pose2D, radius: float, movers: FloatArray) -> None:
+    """Raise InputError if a person or a robot (x, y, radius; metres) is where a thing is put."""
+    if np.any(np.hypot(movers[:, 0] - pose.x, movers[:, 1] - pose.y) < radius + movers[:, 2]):
+        where = f"({pose.x:.2f}, {pose.y:.2f})"
+        raise InputError(f"no room for the {what} at {where}: a person or a robot is there")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from math import dist
 
+import numpy as np
+
 from stack.body import BlockPose
 from stack.drivetrain.description import RobotDescription
 from stack.sim.pace import Pace
@@ -17,7 +19,7 @@ from stack.sim.sensors.requests import RenderRequest
 from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import World, WorldEvent
-from stack.types import Pose2D
+from stack.types import FloatArray, Pose2D
 
 VISIBLE_MOTION = 0.005
 """Metres that a block has moved when displays draw it again."""
@@ -149,6 +151,15 @@ class Simulation:
         """Return what a robot's sensors can see besides the static parts of the world."""
         others = [other.shape for other in self._robots if other is not robot]
         return SceneState(self.people.places, self.doors, (*others, *self.boxes))
+
+    def movers(self, but: SimulatedRobot | None = None) -> FloatArray:
+        """Return x, y and radius (n, 3) of people and robots, except one: world frame, metres."""
+        others = [
+            (other.truth.pose.x, other.truth.pose.y, other.radius)
+            for other in self._robots
+            if other is not but
+        ]
+        return np.vstack([self.people.places, np.reshape(others, (-1, 3))])
 
     @property
     def robots(self) -> tuple[SimulatedRobot, ...]:

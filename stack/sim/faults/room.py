@@ -15,10 +15,14 @@ from stack.sim.worlds.world import Box, World
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
 if TYPE_CHECKING:
+    from stack.sim.simulated_robot import SimulatedRobot
     from stack.sim.simulation import Simulation
 
 RESOLUTION = 0.1
 """Side of the cells in which room is measured, metres."""
+
+KEPT_FROM_MOVERS = 0.5
+"""Metres between a robot that is put down and people and other robots."""
 
 SPACING = 0.05
 """Metres between the points of a box that are compared with other things."""
@@ -44,10 +48,12 @@ def reachable(world: World, radius: float, start: Pose2D) -> OccupancyGrid:
     return replace(grid, cells=connected_to(fits, [cell]).astype(np.int8))
 
 
-def free_places(
-    simulation: Simulation, radius: float, start: Pose2D, distance: float
-) -> FloatArray:
-    """Return points (n, 2) at a distance from the start that a disc can reach, metres."""
+def free_places(simulation: Simulation, robot: SimulatedRobot, distance: float) -> FloatArray:
+    """Return points (n, 2) at a distance from a robot that it can reach, metres.
+
+    They are off people and other robots.
+    """
+    radius, start = robot.radius, robot.truth.pose
     world = simulation.world
     dropped = tuple(
         Box(box.pose, (side, side, box.height))
@@ -58,7 +64,10 @@ def free_places(
     rows, columns = np.nonzero(grid.cells)
     points = np.column_stack([columns + 0.5, rows + 0.5]) * grid.resolution + grid.origin
     away = np.hypot(points[:, 0] - start.x, points[:, 1] - start.y)
-    chosen: FloatArray = points[np.abs(away - distance) < RESOLUTION]
+    points = points[np.abs(away - distance) < RESOLUTION]
+    x, y, radii = simulation.movers(but=robot).T
+    gaps = np.hypot(points[:, :1] - x, points[:, 1:] - y) - radii - radius
+    chosen: FloatArray = points[np.all(gaps >= KEPT_FROM_MOVERS, axis=1)]
     return chosen
 
 

@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from missions.bench.bench import Bench, Rows
 from missions.bench.course_bench import COURSE_BENCH
 from missions.bench.flats import entries_of, table_of
 from missions.bench.people_runs import MODELS, settings_of
+from missions.execution.fit.faults import SUITE
 from missions.sweeps.mission_table import measured as measured_missions
 from missions.sweeps.mission_table import table_of as table_of_missions
+from missions.sweeps.runner import ExecutionSettings
+from missions.sweeps.suite import (
+    Suite,
+    SuiteOptions,
+    cells_of,
+    fault_list,
+    plan_suite,
+    run_suite,
+)
+from missions.sweeps.sweep import FAULTS
 from tests.benchmarks.benchmark import Benchmark, Given, table
 from tests.benchmarks.judged import JudgedRow, impossible, run_judged
-from tests.benchmarks.layouts import Layout
+from tests.benchmarks.layouts import NONE, Layout
 from tests.benchmarks.setups import with_choices
 
 FIRST_SEED = 10040
@@ -32,6 +44,33 @@ def mission_table(given: Given) -> Rows:
     runs = measured_missions(given.options("missions", range(given["seeds"])))
     rows = table_of_missions(runs)
     return [{name: row[name] for name in row if name != "x real time"} for row in rows]
+
+
+def fault_table(given: Given) -> Rows:
+    """Return a row for each shipped mission that drives, with each fault that fits it."""
+    options = given.options("faults")
+    suite = plan_suite(options.names, fault_list(SUITE), SuiteOptions())
+    run_suite(suite, options.out, ExecutionSettings(options.jobs), lambda _: None)
+    return suite_rows(suite, options.out)
+
+
+def suite_rows(suite: Suite, out: Path) -> Rows:
+    """Return the rows of a suite whose runs are in a folder, and one of their sums."""
+    cells = cells_of(suite, out)
+    rows: Rows = []
+    for one in suite.sweeps:
+        runs = [row for fault in suite.faults for row in cells[one.name, fault].rows]
+        ended = [
+            f"`{row.settings[FAULTS]}`: {row.code or row.outcome}"
+            for row in runs if not row.is_success
+        ]  # fmt: skip
+        rows.append({
+            "mission": f"`{one.name}`", "successes": sum(row.is_success for row in runs),
+            "runs": len(runs), "collisions": sum(bool(row.collisions) for row in runs),
+            "ended": ", ".join(ended) or NONE,
+        })  # fmt: skip
+    sums = {name: sum(row[name] for row in rows) for name in ("successes", "runs", "collisions")}
+    return [*rows, {"mission": "all", **sums, "ended": ""}]
 
 
 def judged_table(runs: Sequence[JudgedRow]) -> Rows:
@@ -77,6 +116,13 @@ BENCHMARKS = {
     },
     failed="{mission}",
 )),
+    "faults": Benchmark(
+        "Shipped missions with each fault", fault_table, (), {**OFF, "first seed": 0, "seeds": 1},
+        Layout({
+    "mission": "{mission}", "with faults": "{successes} of {runs}",
+    "without success": "{ended}", "collisions": "{collisions}",
+}),
+    ),
     "flats": Benchmark(
         "Random flats with people", flat_table, ("worlds",), {**OFF, "first seed": FIRST_SEED},
         Layout({

@@ -78,6 +78,30 @@ def test_a_packed_sweep_has_the_rows_of_the_original(own, tmp_path):
     assert [row.outcome for row in rows] == ["success", "failure"] * 2
 
 
+def test_a_packed_sweep_has_its_files_of_faults(turn, tmp_path):
+    """As a factor and for all runs, alone and joined with others."""
+    file = tmp_path / "far.yaml"
+    file.write_text("faults: [{lidar_bias: {bias: 1 m}}]\n")
+    factors = (listed("faults", ("none", str(file), f"{file}+push")),)
+    for sweep in (
+        Sweep(str(turn), 3, "grid", factors),
+        Sweep(str(turn), 1, "random", faults=f"push+{file}"),
+    ):
+        ready = checked(sweep, EMPTY.refusal)
+        inputs = SweepInputs(ready.sweep, tmp_path / "here" / "runs", ready.paths)
+        packed = pack_sweep(inputs)
+        runs = [*ready.sweep.descriptions()]
+        expected = [RunMaker(inputs)(run) for run in runs]
+        hidden = file.rename(tmp_path / "hidden")
+        (there := tmp_path / f"there_{sweep.runs}").mkdir()
+        unpacked = UnpackedSweep(packed, there)
+        make = RunMaker(unpacked.inputs)
+        rows = [unpacked.row_there(make(unpacked.run_here(run)), run) for run in runs]
+        hidden.rename(file)
+        assert without_costs(rows) == without_costs(expected)
+        assert len({row.event_hash for row in rows}) == sweep.runs
+
+
 def test_files_of_treepilot_do_not_travel(own, tmp_path):
     shipped = checked(Sweep("01_drive_to_a_point", 2, "random"), EMPTY.refusal)
     packed = pack_sweep(SweepInputs(shipped.sweep, tmp_path, shipped.paths))

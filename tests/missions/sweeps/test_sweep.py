@@ -15,10 +15,12 @@ from time import sleep  # noqa: TID251 - another process is waited for
 
 import pyarrow.parquet
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from missions.bench.processes import ProcessEnded
 from missions.cli.app import app
+from missions.cli.sweep_runs import interruptible
 from missions.sweeps import runner
 from missions.sweeps.checking import checked
 from missions.sweeps.design import RunDescription
@@ -403,6 +405,24 @@ def test_a_sweep_survives_signals(turn, tmp_path):
             if one.without_costs != other.without_costs] == [
                 (row["number"], "killed") for row in first if row["outcome"] == "killed"
             ]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_signal_that_a_callback_drops_ends_the_sweep_at_the_next_look(tmp_path, capsys):
+    """Python prints exceptions of `__del__` and goes on."""
+
+    class Dropping:
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(typer.Exit) as ended, interruptible(tmp_path) as check:
+        check()
+        Dropping()
+        check()
+        pytest.fail("the signal is lost")
+    assert ended.value.exit_code == 130 and "run the command again" in capsys.readouterr().err
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_the_help_of_sweep_has_the_options_of_its_runs():

@@ -38,9 +38,9 @@ class Kidnap(Fault):
         target.disturb(LiftedRobot(self.parameters.to or self._drawn(target)))
 
     def _drawn(self, target: Target) -> Pose2D:
-        here, distance = target.robot.truth.pose, self.parameters.distance
+        distance = self.parameters.distance
         for away in np.arange(distance, 0.3, -0.1).tolist():
-            places = free_places(target.simulation, target.robot.radius, here, away)
+            places = free_places(target.simulation, target.robot, away)
             if len(places):
                 x, y = places[self.random.integers(len(places))].tolist()
                 return Pose2D(x, y, float(self.random.uniform(-pi, pi)))

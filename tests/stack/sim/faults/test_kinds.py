@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from math import inf, isclose, pi
+from math import cos, inf, isclose, pi, sin
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from stack.drivetrain.description import DepthCameraDescription, OdometryNoise
 from stack.sim.faults.planned import PlannedFault
 from stack.sim.faults.reading import numbered
 from stack.sim.faults.registry import fault_kind, fault_names, summary_of
-from stack.sim.worlds.world import Box, Door
+from stack.sim.worlds.world import Box, Door, Person
 from stack.types import CameraModel, Pose2D, Twist
 from tests.stack.sim.sim_rover import EQUIPPED, LIDAR, ROVER, drive, square_room
 
@@ -245,6 +245,35 @@ def test_a_box_without_room_has_no_effect(body_with):
     drive(body, Twist(), 0.1)
     (begin, end) = [event for event in body.take_events() if event.kind.startswith("fault")]
     assert "no effect: no room" in end.text and begin.kind == "fault"
+
+
+def people(*places):
+    """Worlds with people (radius 0.2 m) who stand in these places."""
+    standing = [Person(f"p{n}", np.array([place, place])) for n, place in enumerate(places)]
+    return replace(ROOM, people=tuple(standing))
+
+
+@pytest.mark.parametrize("kidnap", [{"distance": 1.0}, {"to": Pose2D(1.0, 0.0)}])
+def test_the_robot_is_not_put_down_on_people(body_with, kidnap):
+    """Six people at 1 m leave no place that is 0.5 m from all of them."""
+    world = people(*((cos(n * pi / 3), sin(n * pi / 3)) for n in range(6)))
+    body = body_with(fault("kidnap", at=0.1, **kidnap), world=world)
+    drive(body, Twist(), 0.5)
+    events = {event.kind: event.text for event in body.take_events()}
+    assert "no effect" in events["fault_end"] and not {"contact", "lifted"} & {*events}
+    assert body.truth.pose.distance_to(ORIGIN) < 0.01
+
+
+def test_the_robot_is_put_down_at_a_distance_from_people(body_with):
+    world = people((0.8, 0.0), (0.8, 0.8), (0.8, -0.8), (0.0, -1.4))
+    for seed in range(4):
+        body = body_with(fault("kidnap", distance=1.0), world=world, seed=seed)
+        drive(body, Twist(), 0.1)
+        here = body.truth.pose
+        assert here.distance_to(ORIGIN) == pytest.approx(1.0, abs=0.15)
+        middles = [person.waypoints[0] for person in world.people]
+        nearest = min(np.hypot(here.x - x, here.y - y) for x, y in middles)
+        assert nearest > ROBOT.footprint.circumscribed_radius + 0.2 + 0.5 - 0.01
 
 
 def test_reset_gives_the_same_run(body_with):
