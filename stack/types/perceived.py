@@ -105,6 +105,8 @@ class Perceived:
         What is relative to the robot stays: points, `moving`; and the speed limit until the next
         step.
         """
+        if estimate is self.estimate:
+            return self
         if not self.is_outdated_by(estimate):
             return replace(self, estimate=estimate)
         world = replace(self.world, tracks=(), standing=(), evaded=())
