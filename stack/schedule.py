@@ -17,30 +17,31 @@ class Schedule:
     Args:
         period: seconds, or steps of a clock.
         start: the first time.
+
+    Attributes:
+        due: the next time.
+        due_step: the first whole step that is not before the next time.
     """
 
     def __init__(self, period: float, start: float = 0.0) -> None:
         self._period, self._start, self._taken = period, start, 0
+        self._plan()
 
-    @property
-    def due(self) -> float:
-        """The next time."""
-        return self._start + self._taken * self._period
-
-    @property
-    def due_step(self) -> int:
-        """The first whole step that is not before the next time."""
-        return ceil(self.due - ROUNDING * self._period)
+    def _plan(self) -> None:
+        self.due = self._start + self._taken * self._period
+        self._earliest = self.due - ROUNDING * self._period
+        self.due_step = ceil(self._earliest)
 
     def is_due(self, now: float) -> bool:
         """Return whether the next time has come."""
-        return now >= self.due - ROUNDING * self._period
+        return now >= self._earliest
 
     def take(self, now: float) -> bool:
         """Return whether the next time has come, and then go on to the first one after `now`."""
-        if not self.is_due(now):
+        if now < self._earliest:
             return False
         if now > self.due + (1.0 + ROUNDING) * self._period:
             self._start, self._taken = now, 0
         self._taken = floor((now - self._start) / self._period + ROUNDING) + 1
+        self._plan()
         return True

@@ -24,6 +24,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     has_jumped,
+    unwrapped,
     wrap_angle,
 )
 
@@ -158,10 +159,12 @@ class TransformBuffer(FrameTree):
         poses = self._odom_from_base
         start = max(0, bisect_right(poses.stamps, first) - 1)
         end = bisect_right(poses.stamps, last) + 1
-        known = np.array(list(islice(poses.stamps, start, end)))
-        rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
-        rows[:, 2] = np.unwrap(rows[:, 2])
-        found = np.column_stack([np.interp(stamps, known, column) for column in rows.T])
+        known = list(islice(poses.stamps, start, end))
+        steps = [step.pose for step in islice(poses.values, start, end)]
+        found = np.empty((stamps.size, 3))
+        found[:, 0] = np.interp(stamps, known, [pose.x for pose in steps])
+        found[:, 1] = np.interp(stamps, known, [pose.y for pose in steps])
+        found[:, 2] = np.interp(stamps, known, unwrapped([pose.heading for pose in steps]))
         found[:, 2] = (found[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
         return found
 

@@ -105,7 +105,8 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
     cosine, sine = np.cos(bearings), np.sin(bearings)
     along = scan.ranges.astype(np.float64) + (cosine * ahead + sine * left)
     across = cosine * left - sine * ahead
-    change = np.nan_to_num(np.arctan2(across, along))
+    change = np.arctan2(across, along)
+    change[np.isnan(change)] = 0.0
     return replace(
         scan, ranges=np.hypot(along, across).astype(np.float32), bearings=bearings + change,
         time_increment=0.0,

@@ -163,7 +163,7 @@ class ObstacleMemory:
             self._views = {name: measured.view for name, measured in self._newest.items()}
         visible = self._compensated(here, frames)
         remembered = self._remember(visible, now, frames, tracks, fresh=bool(new))
-        ground = self._see_ground([measured.view for measured in new.values()], now, frames)
+        ground = self._see_ground([measured.view for measured in new.values()], now, here)
         ages = {name: self._age(name, now) for name in self._sensors}
         near = _near(depth.points, here, DEPTH_RANGE)
         more = [part for part in (remembered, near) if len(part)]
@@ -173,14 +173,13 @@ class ObstacleMemory:
         )
 
     def _see_ground(
-        self, views: Sequence[RangeView], now: float, frames: TransformBuffer
+        self, views: Sequence[RangeView], now: float, here: Pose2D
     ) -> SeenGround | None:
         """Return the ground that was seen; None if the sensors see all around."""
         if self._ground is None:
             return None
-        base = frames.pose_at("odom", now)
-        self._ground.update(views, base, now)
-        return self._ground.since(now - SEEN_TIME, base)
+        self._ground.update(views, here, now)
+        return self._ground.since(now - SEEN_TIME, here)
 
     def _age(self, name: str, now: float) -> float:
         return now - self._newest[name].stamp if name in self._newest else inf

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -184,18 +185,24 @@ class SimulatedRobot:
     @property
     def due_step(self) -> int:
         """Physics step in which the next sensor is due."""
-        schedules = (*self._range_schedules.values(), self._imu_schedule, self._clearance_schedule)
-        return min(schedule.due_step for schedule in schedules)
+        others = self._imu_schedule.due_step, self._clearance_schedule.due_step
+        return min(self._ranges_due, *others)
 
     def measures_ranges(self, step: int) -> bool:
         """Whether a lidar or sonar measures in this physics step."""
-        return any(schedule.is_due(step) for schedule in self._range_schedules.values())
+        return step >= self._ranges_due
 
     def measure_ranges(self, step: int, time: float, scene: SceneState) -> None:
         """Read the lidars and sonars that are due, each at its own rate."""
         for name, schedule in self._range_schedules.items():
             if schedule.take(step):
                 self._measure(name, scene, step, time)
+        self._plan_ranges()
+
+    def _plan_ranges(self) -> None:
+        """Compute the physics step in which the next lidar or sonar is due."""
+        steps = (schedule.due_step for schedule in self._range_schedules.values())
+        self._ranges_due = min(steps, default=sys.maxsize)
 
     def measure_inertia(self, step: int, time: float) -> None:
         """Read the IMU if it is due."""
@@ -330,6 +337,7 @@ class SimulatedRobot:
         rates = {name: lidar.rate for name, lidar in description.real_lidars.items()}
         rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
         self._range_schedules = {name: physics_schedule(rate) for name, rate in rates.items()}
+        self._plan_ranges()
         self._imu_schedule = physics_schedule(
             description.imu.rate if description.imu else CLEARANCE_RATE
         )

@@ -212,15 +212,14 @@ class Simulation:
     def _due_step(self) -> int:
         """The next physics step in which the scene or a sensor is due."""
         scene = self._step - self._step % SCENE_STEPS + SCENE_STEPS
-        return min(scene, *(robot.due_step for robot in self._robots))
+        return min(scene, *[robot.due_step for robot in self._robots])
 
     def _run_physics(self, until: int) -> None:
         """Advance physics and wheel controllers to a step."""
         steps = until - self._step
         pushed = [robot for robot in self._robots if robot.is_pushed]
         changing = [robot for robot in self._robots if not robot.drive.skip(steps)]
-        arms = [robot.arm for robot in self._robots if robot.arm is not None]
-        arms = [arm for arm in arms if arm.is_moving]
+        arms = [robot.arm for robot in self._robots if robot.arm and robot.arm.is_moving]
         if changing or pushed or arms:
             for _ in range(steps):
                 for arm in arms:

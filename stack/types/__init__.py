@@ -58,6 +58,7 @@ from stack.types.geometry import (
     Pose2D,
     Twist,
     on_floor,
+    unwrapped,
     wrap_angle,
 )
 from stack.types.grids import (
@@ -208,5 +209,6 @@ __all__ = [
     "UNKNOWN_COST",
     "has_jumped",
     "on_floor",
+    "unwrapped",
     "wrap_angle",
 ]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
@@ -15,6 +17,13 @@ def wrap_angle(angle: float) -> float:
     """The same angle in (-pi, pi]."""
     wrapped = (angle + pi) % (2.0 * pi) - pi
     return pi if wrapped == -pi else wrapped
+
+
+def unwrapped(angles: Sequence[float]) -> FloatArray:
+    """Return (n,) angles without jumps of a whole turn; at most half a turn between neighbours."""
+    found = np.array(angles)
+    # np.unwrap takes tens of microseconds
+    return np.unwrap(found) if max(angles) - min(angles) > pi else found
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +152,7 @@ ROUND_CORNERS = 16
 """Number of corners of a round footprint."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Footprint:
     """Outline of the robot on the floor, in the base frame.
 
@@ -197,7 +206,7 @@ class Footprint:
         """Distance from the base to the foremost corner, in metres."""
         return float(self.points[:, 0].max())
 
-    @property
+    @cached_property
     def inscribed_radius(self) -> float:
         """Distance from the base to the nearest edge, in metres."""
         starts, ends = self.points, np.roll(self.points, -1, axis=0)
@@ -206,7 +215,7 @@ class Footprint:
         nearest = starts + np.clip(t, 0.0, 1.0)[:, None] * edges
         return float(np.linalg.norm(nearest, axis=1).min())
 
-    @property
+    @cached_property
     def circumscribed_radius(self) -> float:
         """Distance from the base to the farthest corner, in metres."""
         return float(np.linalg.norm(self.points, axis=1).max())

@@ -35,7 +35,7 @@ def has_jumped(
 ) -> bool:  # fmt: skip
     """Whether what was sensed at one estimate has a wrong place on the map at the other.
 
-    The change of map -> odom decides, at the place of the robot.
+    The change of map -> odom decides, at the place of the robot. Most steps have none.
 
     Args:
         before: an estimate.
@@ -43,6 +43,8 @@ def has_jumped(
         distance: metres up to which a place is not wrong.
         angle: radians up to which it is not.
     """
+    if before.map_from_odom == after.map_from_odom:
+        return False
     odometry = after.map_from_odom.inverse().compose(after.pose)
     place = before.map_from_odom.compose(odometry)
     turn = abs(wrap_angle(after.pose.heading - place.heading))
@@ -103,6 +105,8 @@ class Perceived:
         What is relative to the robot stays: points, `moving`; and the speed limit until the next
         step.
         """
+        if estimate is self.estimate:
+            return self
         if not self.is_outdated_by(estimate):
             return replace(self, estimate=estimate)
         world = replace(self.world, tracks=(), standing=(), evaded=())

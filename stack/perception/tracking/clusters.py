@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, cos, floor, hypot, pi, sin
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.perception.tracking.arcs import LEAST_RETURNS, convex_parts, fit_arc
 from stack.types import FloatArray, Pose2D, Scan
+
+T = TypeVar("T", bound=np.generic)
 
 NOT_ROUND = 0.12
 """Metres by which the distance of a circle from one beam differs from the mean if the cluster is no
@@ -60,16 +63,21 @@ def clusters(
         (first, last + 1) of each run; beam indices are modulo n.
     """
     n, safe = ranges.size, np.where(valid, ranges, 0.0)
-    following = np.roll(safe, -1)
+    following = _rolled(safe, -1)
     apart = safe * safe + following * following - (2.0 * cos(increment)) * safe * following
-    linked = valid & np.roll(valid, -1) & (apart <= jump * jump)
+    linked = valid & _rolled(valid, -1) & (apart <= jump * jump)
     if n * abs(increment) < 2.0 * pi - 1.5 * abs(increment):
         linked[-1] = False
-    starts = np.flatnonzero(valid & ~np.roll(linked, 1))
+    starts = np.flatnonzero(valid & ~_rolled(linked, 1))
     ends = np.flatnonzero(valid & ~linked) + 1
     if starts.size and ends[0] <= starts[0]:  # the run that ends first began last
         ends = np.append(ends[1:], ends[0] + n)
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def _rolled(values: NDArray[T], by: int) -> NDArray[T]:
+    """Return values (n,) as `np.roll` does, which takes five times as long."""
+    return np.concatenate((values[-by:], values[:-by]))
 
 
 def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
@@ -81,7 +89,7 @@ def bridged(ranges: NDArray[np.float32], jump: float) -> NDArray[np.float32]:
         ranges: (n,) metres; inf or nan: no return.
         jump: largest difference of the neighbours, metres.
     """
-    before, after = np.roll(ranges, 1), np.roll(ranges, -1)
+    before, after = _rolled(ranges, 1), _rolled(ranges, -1)
     with np.errstate(invalid="ignore"):  # inf - inf and nan compare as false
         same = ~np.isfinite(ranges) & (np.abs(before - after) <= jump)
     found: NDArray[np.float32] = np.where(same, np.float32(0.5) * (before + after), ranges)

@@ -25,7 +25,7 @@ from stack.sim.physics.mirrors import CLEAR_OF_MIRROR, mirror_faces, mirrors_at,
 from stack.sim.scene_state import RobotShape, SceneState
 from stack.sim.worlds.world import PERSON_HEIGHT, Door, World
 from stack.streams import stream
-from stack.types import FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, Scan, unwrapped
 
 Trail = Sequence[tuple[float, Pose2D]]
 """Poses with their times, in order."""
@@ -113,7 +113,7 @@ class Lidar:
         mount = self._description.mount
         if self.rotation_time == 0.0:
             sensor = trail[-1][1].compose(mount)
-            at = np.tile([sensor.x, sensor.y], (self._beams.size, 1))
+            at = np.full((self._beams.size, 2), (sensor.x, sensor.y))
             return at, sensor.heading + self._beams
         stamps, poses = _rows(trail)
         origins: FloatArray
@@ -159,9 +159,7 @@ class Lidar:
 def _rows(trail: Trail) -> tuple[FloatArray, FloatArray]:
     """Return the times (k,) of a trail and its poses (k, 3), with headings without jumps."""
     poses = np.array([(pose.x, pose.y, pose.heading) for _, pose in trail])
-    headings = [pose.heading for _, pose in trail]
-    if max(headings) - min(headings) > pi:
-        poses[:, 2] = np.unwrap(poses[:, 2])
+    poses[:, 2] = unwrapped([pose.heading for _, pose in trail])
     return np.array([time for time, _ in trail]), poses
 
 

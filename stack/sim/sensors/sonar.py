@@ -37,15 +37,15 @@ class Sonar:
 
         self._cast = cast
         self._description, self._name, self._seed = description, name, seed
+        self._apart = description.field_of_view / (RAYS - 1) * np.arange(RAYS)
         self._scene = SensedScene(world, description.height, glass=True)
 
     def reading(self, robot: Pose2D, scene: SceneState, step: int, time: float) -> RangeReading:
         """Measure one distance; arguments as in `Lidar.scan`."""
         d = self._description
         sensor = robot.compose(d.mount)
-        origins = np.tile([sensor.x, sensor.y], (RAYS, 1))
-        apart = d.field_of_view / (RAYS - 1) * np.arange(RAYS)
-        directions = sensor.heading - d.field_of_view / 2.0 + apart
+        origins = np.full((RAYS, 2), (sensor.x, sensor.y))
+        directions = sensor.heading - d.field_of_view / 2.0 + self._apart
         measured: FloatArray = self._cast(origins, directions, *self._scene.outlines(scene))
         noise = stream(self._seed, f"sonar:{self._name}", step).normal(0.0, d.noise)
         distance = min(measured.tolist()) + noise

@@ -171,3 +171,13 @@ def test_a_disturbed_step_counts_for_every_interval_that_overlaps_it():
     ] == [False, True, True, False, True]
     with pytest.raises(FrameError, match="covers"):
         frames.disturbed_between(1.0, 3.0)
+
+
+@given(st.floats(0.0, 8.5), st.floats(-3.0, 3.0))
+def test_the_poses_at_stamps_are_those_at_each_of_them(first, rate):
+    """Within 9 s at 3 rad/s the heading passes half a turn several times."""
+    frames, stamps = driven(9.0, rate), first + np.linspace(0.0, 0.5, 11)
+    for stamp, (x, y, heading) in zip(stamps, frames.poses_at(stamps), strict=True):
+        pose = frames.pose_at("odom", stamp)
+        assert (x, y) == pytest.approx((pose.x, pose.y))
+        assert wrap_angle(heading - pose.heading) == pytest.approx(0.0, abs=1e-9)
