@@ -76,7 +76,7 @@ class CollisionChecker:
 
     Attributes:
         costs: map frame.
-        grid: `kernels.CollisionGrid`.
+        grid: `contact.kernels.CollisionGrid`.
     """
 
     costs: CostGrid
@@ -85,7 +85,7 @@ class CollisionChecker:
     @staticmethod
     def of(costs: CostGrid, footprint: Footprint, tables: StepCosts) -> CollisionChecker:
         """Compute the distances to lethal cells and the cost of a metre by cell cost."""
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         blocked = costs.cells == LETHAL_COST
         if tables.traverse[UNKNOWN_COST] == 0:
@@ -101,7 +101,7 @@ class CollisionChecker:
 
     def contacts(self, pose: Pose2D) -> int:
         """Return the number of footprint samples in contact at a pose; 0 is clear."""
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         contact: Any = kernels.contact
         return int(contact(self.grid, pose.x, pose.y, pose.heading, len(self.grid.samples) + 2)[1])
@@ -117,7 +117,7 @@ class CollisionChecker:
 
     def weight(self, poses: FloatArray, contacts: int = 0) -> float:
         """Return the mean cost of a metre over poses (n, 3); 0 if the footprint collides."""
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         sweep: Any = kernels.sweep
         return float(sweep(self.grid, poses, contacts)[0])
@@ -128,7 +128,7 @@ class CollisionChecker:
         Returns:
             (mean cost of a metre; largest share of the footprint in contact).
         """
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         contact: Any = kernels.contact
         all_samples, least = len(self.grid.samples), float(self.grid.weights[0])
@@ -144,7 +144,7 @@ def tiled(samples: FloatArray, width: float) -> tuple[FloatArray, FloatArray]:
         width: of a tile, metres.
 
     Returns:
-        (samples, tiles) as in `kernels.CollisionGrid`.
+        (samples, tiles) as in `contact.kernels.CollisionGrid`.
     """
     tile = np.floor((samples - samples.min(axis=0)) / width)
     order = np.lexsort(tile.T)
