@@ -80,7 +80,7 @@ MAY_IMPORT = {
     "stack.mavlink": {"stack.errors", "stack.optional_packages"},
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
-        "stack.optional_packages", "stack.schedule", "stack.mavlink",
+        "stack.optional_packages", "stack.schedule", "stack.mavlink", "stack.columns",
     },
     "stack.mapping": {"stack.components", "stack.localisation", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},

@@ -17,7 +17,6 @@ from stack.planning.cost_to_go.kernels import UNREACHED
 from stack.planning.curves.kernels import _wrap
 from stack.planning.kernels import pop, push
 from stack.planning.kinematic.contact.kernels import GRID, cell_of, sweep
-from stack.planning.kinematic.moves import IN_PLACE
 
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3
 """Indices of `state`: nodes, heap entries, nodes expanded, expansions to the next attempt."""
@@ -28,6 +27,7 @@ expansions reached, nothing left below the cost bound, cancelled."""
 
 CHECKED = 256  # expansions between two checks of the cancel flag
 EMPTY = -1
+IN_PLACE = 9  # as in `moves`, which imports this module
 KEY_OFFSET = 1 << 20  # offset of rows and columns in keys, which keeps them positive
 
 

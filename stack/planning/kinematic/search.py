@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stack.components import CancelToken
 from stack.geometry.distance_transform import distances_to_zero
 from stack.geometry.polygons import fill_polygon
-from stack.planning.kinematic.moves import Penalties
+from stack.planning.kinematic.moves import IN_PLACE, Penalties
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
 
@@ -273,7 +273,7 @@ class KinematicSearch:
     def _attempt(self, node: int) -> PoseDrive | None:
         """Return the cheapest collision-free analytic expansion from a node, or None."""
         before = int(self._nodes.parents[node, 1])
-        kind = int(self._method.moves.kinds[before]) if before >= 0 else self._kernels.IN_PLACE
+        kind = int(self._method.moves.kinds[before]) if before >= 0 else IN_PLACE
         start = self._nodes.poses[node].copy()
         allowed = self._query.target.contacts if self._nodes.contacts[node] > 0 else 0
         best: PoseDrive | None = None
@@ -316,9 +316,7 @@ class KinematicSearch:
 
 def _reverses(kind: int, directions: NDArray[np.int64]) -> bool:
     """Return whether a drive begins in the opposite direction of the move before it."""
-    from stack.planning.kinematic import kernels
-
-    if kind == kernels.IN_PLACE or not len(directions):
+    if kind == IN_PLACE or not len(directions):
         return False
     return bool(directions[0] * (-1 if kind >= 2 else 1) < 0)
 
