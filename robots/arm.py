@@ -120,7 +120,7 @@ class _Finder:
             return [], None
         pairs = list(self._pairs())
         if tool:
-            above = {joint.parent for joint in self._above(tool)} | {tool}
+            above = {joint.parent for joint in self._model.joints_above(tool)} | {tool}
             pairs = [pair for pair in pairs if pair.hand in above]
         elif len(pairs) > 1:
             hands = ", ".join(pair.hand for pair in pairs)
@@ -128,7 +128,7 @@ class _Finder:
             return [], None
         fingers = pairs[-1] if pairs else None
         end = fingers.hand if fingers is not None else tool or self._farthest()
-        chain = [joint for joint in self._above(end) if joint.kind in MOVABLE]
+        chain = [joint for joint in self._model.joints_above(end) if joint.kind in MOVABLE]
         if fingers is None and not tool:
             chain = self._before_branches(chain)
         if not chain:
@@ -188,19 +188,12 @@ class _Finder:
                 if float(axes[0] @ axes[1]) < OPPOSITE:
                     yield _Fingers(hand, (one, other))
 
-    def _above(self, link: str) -> list[Joint]:
-        """Return the joints from the root to a link."""
-        found: list[Joint] = []
-        joint = self._model.joint_above(link)
-        while joint is not None:
-            found.append(joint)
-            joint = self._model.joint_above(joint.parent)
-        return found[::-1]
-
     def _farthest(self) -> str:
         """Return the link behind the most movable joints; wheels turn endlessly and are none."""
         depth = {
-            link: sum(joint.kind in ("revolute", "prismatic") for joint in self._above(link))
+            link: sum(
+                joint.kind in ("revolute", "prismatic") for joint in self._model.joints_above(link)
+            )
             for link in self._model.links
         }
         return max(depth, key=lambda link: depth[link])

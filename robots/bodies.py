@@ -8,16 +8,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from robots.mavlink.parameters import MavlinkParameters
 from robots.motors.parameters import WheelsParameters
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
 from stack.fast_loop.driver import Lack, driver_class
-from stack.parameters import build, suggestion
+from stack.parameters import build
+from stack.plugins import named_class
 from stack.sim.faults.planned import PlannedFault
 from stack.sim.worlds.world import World
 from stack.types import Observation, Pose2D
@@ -155,11 +154,11 @@ class Mavlink(BodyKind):
         )  # fmt: skip
 
 
-BUILT_IN: dict[str, type[BodyKind]] = {
-    "simulated": Simulated,
-    "scripted": Scripted,
-    "mavlink": Mavlink,
-    "wheels": Wheels,
+BUILT_IN = {
+    "simulated": "robots.bodies:Simulated",
+    "scripted": "robots.bodies:Scripted",
+    "mavlink": "robots.bodies:Mavlink",
+    "wheels": "robots.bodies:Wheels",
 }
 
 
@@ -169,25 +168,7 @@ def body_kind(name: str) -> type[BodyKind]:
     Raises:
         InputError: there is none of this name, or the plugin cannot be used.
     """
-    if name in BUILT_IN:
-        return BUILT_IN[name]
-    plugged = {entry.name: entry for entry in entry_points(group=GROUP)}
-    if name not in plugged:
-        hint = (
-            f"{suggestion(name, [*BUILT_IN, *plugged])}; a body of your own is an installed package"
-        )
-        raise InputError(
-            f"there is no body {name!r}", f"{hint} with the entry point `{name}` of `{GROUP}`"
-        )
-    try:
-        found: Any = plugged[name].load()
-    except Exception as error:  # a plugin's module may raise any exception
-        raise InputError(f"the body {name!r} cannot be used: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, BodyKind)):
-        raise InputError(
-            f"the body {name!r} cannot be used: it does not inherit treepilot.BodyKind"
-        )
-    return found
+    return named_class("body", name, GROUP, BUILT_IN, BodyKind)  # type: ignore[type-abstract]
 
 
 def find_body(name: str, values: Mapping[str, Any]) -> MakeBody:

@@ -16,7 +16,6 @@ from collections.abc import Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.metadata import entry_points
 from typing import Any
 
 from stack.compilation import KernelTypes
@@ -43,6 +42,7 @@ from stack.errors import InputError, ParameterError
 from stack.frames.buffer import TransformBuffer
 from stack.geometry.path_segment import PathSegment
 from stack.parameters import build, declarations, suggestion
+from stack.plugins import class_places
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -181,10 +181,7 @@ class Choice:
 
 def available(kind: str) -> dict[str, str]:
     """Available components of a kind: name -> `module:Class`, built-in ones first."""
-    found = dict(BUILT_IN[kind])
-    for entry in entry_points(group=GROUPS[kind]):
-        found.setdefault(entry.name, entry.value)
-    return found
+    return class_places(GROUPS[kind], BUILT_IN[kind])
 
 
 def component(kind: str, name: str) -> type:

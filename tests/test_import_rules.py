@@ -26,7 +26,8 @@ FOUNDATION = {
     "stack.columns",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle", "stack.schedule",
     "stack.compilation", "stack.kernel_cache", "stack.patience", "stack.child_process",
-    "stack.worker_thread", "stack.optional_packages", "stack.clock", "stack.networks",
+    "stack.worker_thread", "stack.optional_packages", "stack.plugins", "stack.clock",
+    "stack.networks",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -51,6 +52,7 @@ MAY_IMPORT = {
     "stack.child_process": {"stack.errors", "stack.patience"},
     "stack.worker_thread": {"stack.errors", "stack.patience"},
     "stack.optional_packages": {"stack.errors"},
+    "stack.plugins": {"stack.errors", "stack.parameters"},
     "stack.clock": set(),
     "stack.columns": set(),
     "stack.streams": set(),
@@ -62,7 +64,8 @@ MAY_IMPORT = {
     },
     "stack.drivetrain": {"stack.types", "stack.errors", "stack.parameters", "stack.kernel_cache"},
     "stack.fast_loop": {  # a process of its own: the brain's packages stay out of it
-        "stack.types", "stack.errors", "stack.parameters", "stack.drivetrain", "stack.kernel_cache",
+        "stack.types", "stack.errors", "stack.parameters", "stack.plugins", "stack.drivetrain",
+        "stack.kernel_cache",
     },
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
@@ -72,12 +75,12 @@ MAY_IMPORT = {
     },
     "stack.components": {
         "stack.types", "stack.errors", "stack.parameters", "stack.frames", "stack.geometry",
-        "stack.component_bases", "stack.compilation", "stack.drivetrain",
+        "stack.component_bases", "stack.compilation", "stack.drivetrain", "stack.plugins",
     },
     "stack.mavlink": {"stack.errors", "stack.optional_packages"},
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
-        "stack.optional_packages", "stack.schedule", "stack.mavlink",
+        "stack.optional_packages", "stack.schedule", "stack.mavlink", "stack.columns",
     },
     "stack.mapping": {"stack.components", "stack.localisation", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},

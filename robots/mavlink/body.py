@@ -18,10 +18,10 @@ from robots.mavlink.loop_link import LoopLink
 from robots.mavlink.measurements import Measurements
 from robots.mavlink.parameters import MavlinkParameters
 from robots.mavlink.rover_link import Phase
+from robots.real_time import RealTimeBody
 from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
     AcceptsEstimate,
-    Body,
     BodyCommand,
     BodyHealth,
     Engageable,
@@ -31,7 +31,6 @@ from stack.body import (
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError, InputError
 from stack.mavlink.signing import read_key
-from stack.sim.pace import Pace
 from stack.types import (
     STANDSTILL,
     Imu,
@@ -54,7 +53,7 @@ STOOD_FOR = 1.0
 """Seconds of standstill orders after which small measured velocities are noise."""
 
 
-class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
+class MavlinkBody(RealTimeBody, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
     """Drives a rover.
 
     Args:
@@ -78,12 +77,12 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
         _check_fit(description, parameters)
         if parameters.key:
             parameters = replace(parameters, key=str(_readable_key(description, parameters.key)))
-        self._description, self._parameters, self._tell = description, parameters, tell
+        super().__init__(description)
+        self._parameters, self._tell = parameters, tell
         self._interrupted = interrupted
         self._measurements = Measurements(
             description, parameters.odometry, parameters.obstacle_distance, parameters.rangefinders
         )
-        self._began, self._pace = 0.0, Pace(1.0)
         self._asked, self._stood_since = False, monotonic()
         self._found_at = self._received_at = monotonic()
         self._seen: dict[str, float] = {}
@@ -162,21 +161,6 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
     # The run.
 
     @property
-    def description(self) -> RobotDescription:
-        """Description of the robot."""
-        return self._description
-
-    @property
-    def time(self) -> float:
-        """Seconds since the run began."""
-        return monotonic() - self._began
-
-    @property
-    def is_real_time(self) -> bool:
-        """Time passes by itself."""
-        return True
-
-    @property
     def loop_statistics(self) -> LoopStatistics:
         """Timing of the process that holds the link."""
         return self._link.statistics
@@ -252,16 +236,6 @@ class MavlinkBody(Body, FastLoopBody, LinkedBody, Engageable, AcceptsEstimate):
                     monotonic() + OLDEST,
                 )
             )  # fmt: skip
-
-    def wait(self, period: float) -> None:
-        """Sleep until the next control period begins."""
-        self._pace.advance(period)
-        self._pace.rest()
-
-    @property
-    def slept(self) -> float:
-        """Wall seconds that `wait` has slept so far."""
-        return self._pace.slept
 
     def close(self) -> None:
         """Stop and disarm the rover, and disconnect. Safe to call twice."""

@@ -251,12 +251,10 @@ class Measurements:
             self._charge(m.battery_remaining, m.voltage_battery * 1e-3, False, stamp)
 
     def _charge(self, percent: int, voltage: float, charging: bool, stamp: float) -> None:
-        described = self._robot.battery
         if percent >= 0:
             charge = min(percent, 100) / 100.0
         elif voltage > 0.0:
-            span = described.voltage_full - described.voltage_empty
-            charge = min(max((voltage - described.voltage_empty) / span, 0.0), 1.0)
+            charge = self._robot.battery.charge_at(voltage)
         else:
             return
         self.battery = Battery(charge, charging, voltage, stamp)

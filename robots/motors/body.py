@@ -10,12 +10,12 @@ import numpy as np
 from robots.motors.odometry import EncoderOdometry
 from robots.motors.odrive import CLEAR, SUPPLY, SUPPLY_KIND
 from robots.motors.parameters import WheelsParameters
+from robots.real_time import RealTimeBody
 from robots.sensor_drivers.readers import SensorReaders
 from stack.body import (
     DEAD_MAN,
     FAST_LOOP,
     MOTOR,
-    Body,
     BodyCommand,
     BodyHealth,
     Engageable,
@@ -32,7 +32,6 @@ from stack.drivetrain.wheel_loop import (
 )
 from stack.errors import BodyError
 from stack.fast_loop.client import FastLoop, LoopSetup
-from stack.sim.pace import Pace
 from stack.types import Battery, LoopStatistics, Measurement, Observation
 
 TORQUE_OFF = 2.0
@@ -45,7 +44,7 @@ FIRST_FEEDBACK = 1.0
 """Seconds in which the fast loop must complete its first cycle."""
 
 
-class WheelsBody(Body, FastLoopBody, Engageable):
+class WheelsBody(RealTimeBody, FastLoopBody, Engageable):
     """Drives through a fast loop; odometry from its encoders, health from its driver's faults.
 
     Args:
@@ -57,15 +56,14 @@ class WheelsBody(Body, FastLoopBody, Engageable):
     """
 
     def __init__(self, description: RobotDescription, parameters: WheelsParameters) -> None:
-        self._description = description
         name, values = parameters.named_driver
         plan = loop_plan(description.drivetrain, DEAD_MAN, TORQUE_OFF, description.wheel_control)
         self.loop = FastLoop(
             LoopSetup(plan, name, values, parameters.rate, parameters.opens_within)
         )
+        super().__init__(description)  # its time begins with the fast loop
         self._odometry = EncoderOdometry(description.drivetrain)
         self._is_stopped, self._cleared = False, float("-inf")
-        self._began, self._pace = monotonic(), Pace(1.0)
         self._read = 0
         self._await_feedback()
         try:
@@ -73,21 +71,6 @@ class WheelsBody(Body, FastLoopBody, Engageable):
         except BaseException:
             self.loop.close()
             raise
-
-    @property
-    def description(self) -> RobotDescription:
-        """Description of the robot."""
-        return self._description
-
-    @property
-    def time(self) -> float:
-        """Seconds of the machine's monotonic clock since the run began."""
-        return monotonic() - self._began
-
-    @property
-    def is_real_time(self) -> bool:
-        """Always: nobody holds this clock."""
-        return True
 
     @property
     def loop_statistics(self) -> LoopStatistics:
@@ -123,16 +106,6 @@ class WheelsBody(Body, FastLoopBody, Engageable):
             (self.loop.emergency_stop if self._is_stopped else self.loop.release)()
         self.loop.command(command.twist)
 
-    def wait(self, period: float) -> None:
-        """Sleep until the next control period begins."""
-        self._pace.advance(period)
-        self._pace.rest()
-
-    @property
-    def slept(self) -> float:
-        """Wall seconds that `wait` has slept so far."""
-        return self._pace.slept
-
     @property
     def health(self) -> BodyHealth:
         """A fast loop that is frozen or has ended, or what its driver reports."""
@@ -160,9 +133,7 @@ class WheelsBody(Body, FastLoopBody, Engageable):
     def _battery(self, message: bytes) -> Battery:
         """Return the battery as its driver has measured it."""
         _, at, voltage, _ = SUPPLY.unpack(message)
-        described = self._description.battery
-        span = described.voltage_full - described.voltage_empty
-        charge = min(max((voltage - described.voltage_empty) / span, 0.0), 1.0)
+        charge = self._description.battery.charge_at(voltage)
         return Battery(charge, voltage=voltage, stamp=at - self._began)
 
     def _await_feedback(self) -> None:

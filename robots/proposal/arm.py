@@ -52,12 +52,5 @@ def arm_lines(arm: ArmDescription) -> list[str]:
 
 def _has_arm(model: RobotModel) -> bool:
     """Whether some link has enough joints with limits above it."""
-    return any(_joints_above(model, link) >= LEAST_JOINTS for link in model.links)
-
-
-def _joints_above(model: RobotModel, link: str) -> int:
-    joint, count = model.joint_above(link), 0
-    while joint is not None:
-        count += joint.kind in LIMITED
-        joint = model.joint_above(joint.parent)
-    return count
+    chains = (model.joints_above(link) for link in model.links)
+    return any(sum(it.kind in LIMITED for it in chain) >= LEAST_JOINTS for chain in chains)

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from importlib import import_module
-from importlib.metadata import entry_points
 from typing import Any, ClassVar
 
 from stack.drivetrain.description import LidarDescription
-from stack.errors import InputError
-from stack.parameters import build, suggestion
+from stack.parameters import build
+from stack.plugins import named_class
 from stack.types import Measurement
 
 GROUP = "treepilot.sensor_drivers"
@@ -71,25 +69,7 @@ def driver_kind(name: str) -> type[SensorDriver]:
     Raises:
         InputError: there is none of this name, or the plugin cannot be used.
     """
-    places = dict(BUILT_IN)
-    for entry in entry_points(group=GROUP):
-        places.setdefault(entry.name, entry.value)
-    if name not in places:
-        raise InputError(
-            f"there is no sensor driver {name!r}",
-            f"{suggestion(name, places)}; one of your own is an installed package with the entry "
-            f"point `{name}` of `{GROUP}`",
-        )
-    module, _, attribute = places[name].partition(":")
-    try:
-        found: Any = getattr(import_module(module), attribute)
-    except Exception as error:  # a plugin's module may raise any exception
-        raise InputError(f"the sensor driver {name!r} cannot be used: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, SensorDriver)):
-        raise InputError(
-            f"the sensor driver {name!r} cannot be used: it does not inherit SensorDriver"
-        )
-    return found
+    return named_class("sensor driver", name, GROUP, BUILT_IN, SensorDriver)  # type: ignore[type-abstract]
 
 
 def checked_parameters(name: str, values: Mapping[str, Any]) -> Any:

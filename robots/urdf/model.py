@@ -116,10 +116,18 @@ class RobotModel:
         """The joint whose child a link is; None of the root."""
         return self._above.get(link)
 
+    def joints_above(self, link: str) -> list[Joint]:
+        """The joints from the root to a link."""
+        found: list[Joint] = []
+        joint = self.joint_above(link)
+        while joint is not None:
+            found.append(joint)
+            joint = self.joint_above(joint.parent)
+        return found[::-1]
+
     def turns(self, link: str) -> bool:
         """Whether a link is on a continuous joint, or on something that is."""
-        above = self.joint_above(link)
-        return above is not None and (above.kind == "continuous" or self.turns(above.parent))
+        return any(joint.kind == "continuous" for joint in self.joints_above(link))
 
     def joints_below(self, link: str) -> list[Joint]:
         """The joints whose parent a link is."""

@@ -251,6 +251,11 @@ class BatteryDescription:
     voltage_full: float = parameter(25.2, "V", above=0.0, help="voltage when full")
     voltage_empty: float = parameter(20.0, "V", above=0.0, help="voltage when empty")
 
+    def charge_at(self, voltage: float) -> float:
+        """Return the charge in [0, 1] at a voltage, which is linear in the charge."""
+        span = self.voltage_full - self.voltage_empty
+        return min(max((voltage - self.voltage_empty) / span, 0.0), 1.0)
+
 
 @dataclass(frozen=True)
 class RobotDescription:

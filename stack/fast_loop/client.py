@@ -131,10 +131,6 @@ class FastLoop:
         """End the emergency stop. The robot stands until it is commanded."""
         self._write(replace(self._command, twist=_NONE, released=self._command.stops))
 
-    def set_torque(self, on: bool) -> None:
-        """Let the wheels have torque, or none."""
-        self._write(replace(self._command, twist=_NONE, off=int(not on)))
-
     def feedback(self) -> LoopFeedback | None:
         """Return the newest feedback; None before the first cycle."""
         content = self.mailbox.feedback.read()

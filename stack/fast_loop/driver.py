@@ -13,8 +13,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib import import_module
-from importlib.metadata import entry_points
 from typing import Any, ClassVar
 
 from stack.drivetrain.wheel_loop import (
@@ -29,8 +27,7 @@ from stack.drivetrain.wheel_loop import (
     STEERING_MEASURED,
     block,
 )
-from stack.errors import InputError
-from stack.parameters import suggestion
+from stack.plugins import named_class
 from stack.types import FloatArray
 
 GROUP = "treepilot.drivers"
@@ -174,31 +171,10 @@ class Driver(ABC):
         """Release the wheels and disconnect. It must not raise, and may be called without open."""
 
 
-def driver_places() -> dict[str, str]:
-    """Return the drivers: name -> `module:Class`, built-in ones first."""
-    found = dict(BUILT_IN)
-    for entry in entry_points(group=GROUP):
-        found.setdefault(entry.name, entry.value)
-    return found
-
-
 def driver_class(name: str) -> type[Driver]:
     """Return a driver by name.
 
     Raises:
         InputError: there is none of this name, or its module cannot be used.
     """
-    places = BUILT_IN if name in BUILT_IN else driver_places()
-    if name not in places:
-        hint = f"{suggestion(name, places)}; a driver of your own is an installed package with the"
-        raise InputError(
-            f"there is no driver {name!r}", f"{hint} entry point `{name}` of `{GROUP}`"
-        )
-    module, _, attribute = places[name].partition(":")
-    try:
-        found: Any = getattr(import_module(module), attribute)
-    except Exception as error:  # a plugin's module may raise any exception
-        raise InputError(f"the driver {name!r} cannot be used: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, Driver)):
-        raise InputError(f"the driver {name!r} cannot be used: it does not inherit Driver")
-    return found
+    return named_class("driver", name, GROUP, BUILT_IN, Driver)  # type: ignore[type-abstract]

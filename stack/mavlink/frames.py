@@ -12,7 +12,7 @@ not. LOCAL_FRD is an odom frame whose x axis points anywhere: it converts like a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi, remainder, sqrt
+from math import pi, remainder
 
 Vector = tuple[float, float, float]
 """x, y, z."""
@@ -20,16 +20,11 @@ Vector = tuple[float, float, float]
 Planar = tuple[float, float, float]
 """x and y, metres, and heading or yaw, radians; or their velocities."""
 
-Quaternion = tuple[float, float, float, float]
-"""w, x, y, z: rotation from the body frame to the world."""
-
 Matrix3 = tuple[Vector, Vector, Vector]
 
 _WORLD = ((1, 0, 2), (1.0, 1.0, -1.0))
 _BODY = ((0, 1, 2), (1.0, -1.0, -1.0))
 """Axes and signs: component i of the result is sign[i] * input[axis[i]]."""
-
-_HALF = sqrt(0.5)
 
 
 def ned_from_enu(vector: Vector) -> Vector:
@@ -69,19 +64,9 @@ def ned_pose(x: float, y: float, heading: float) -> Planar:
     return y, x, ned_yaw(heading)
 
 
-def enu_pose(north: float, east: float, yaw: float) -> Planar:
-    """X, y and heading of a pose in the world."""
-    return ned_pose(north, east, yaw)
-
-
 def frd_pose(x: float, y: float, heading: float) -> Planar:
     """X, y and yaw in LOCAL_FRD of a pose in an odom frame."""
     return x, -y, remainder(-heading, 2.0 * pi)
-
-
-def flu_pose(x: float, y: float, yaw: float) -> Planar:
-    """X, y and heading in an odom frame of a pose in LOCAL_FRD."""
-    return frd_pose(x, y, yaw)
 
 
 def frd_twist(linear: float, lateral: float, angular: float) -> Planar:
@@ -94,58 +79,13 @@ def flu_twist(forward: float, right: float, yaw_rate: float) -> Planar:
     return frd_twist(forward, right, yaw_rate)
 
 
-def ned_attitude(roll: float, pitch: float, heading: float) -> Vector:
-    """Roll, pitch and yaw of the FRD body in NED; angles about x, then y, then z (ZYX), radians."""
-    return roll, -pitch, ned_yaw(heading)
-
-
-def enu_attitude(roll: float, pitch: float, yaw: float) -> Vector:
-    """Roll, pitch and heading of the FLU body in ENU."""
-    return ned_attitude(roll, pitch, yaw)
-
-
-def ned_quaternion(q: Quaternion) -> Quaternion:
-    """Rotation from the FRD body to NED of one from the FLU body to ENU; w is not negative.
-
-    Half a turn about x exchanges FLU and FRD, half a turn about (1, 1, 0) ENU and NED.
-    """
-    turned = _product(_product((0.0, _HALF, _HALF, 0.0), q), (0.0, 1.0, 0.0, 0.0))
-    return turned if turned[0] >= 0.0 else tuple(-value for value in turned)  # type: ignore[return-value]
-
-
-def enu_quaternion(q: Quaternion) -> Quaternion:
-    """Rotation from the FLU body to ENU of one from the FRD body to NED; w is not negative."""
-    return ned_quaternion(q)
-
-
-def _product(a: Quaternion, b: Quaternion) -> Quaternion:
-    aw, ax, ay, az = a
-    bw, bx, by, bz = b
-    return (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )
-
-
 def ned_covariance(covariance: Sequence[Sequence[float]]) -> Matrix3:
     """Covariance (3, 3) of x, y, heading in ENU, or of a vector, as that of its NED equivalent."""
     return _transformed(covariance, _WORLD)
 
 
-def enu_covariance(covariance: Sequence[Sequence[float]]) -> Matrix3:
-    """Covariance (3, 3) of north, east, yaw, or of a vector in NED, as that in ENU."""
-    return _transformed(covariance, _WORLD)
-
-
 def frd_covariance(covariance: Sequence[Sequence[float]]) -> Matrix3:
     """Covariance (3, 3) of a twist or a pose in an odom frame as that in FRD."""
-    return _transformed(covariance, _BODY)
-
-
-def flu_covariance(covariance: Sequence[Sequence[float]]) -> Matrix3:
-    """Covariance (3, 3) of a twist or a pose in FRD as that in FLU."""
     return _transformed(covariance, _BODY)
 
 
@@ -181,20 +121,3 @@ def pack_covariance(planar: Sequence[Sequence[float]], unknown: float = 1e-3) ->
             else:
                 packed.append(unknown if i == j else 0.0)
     return packed
-
-
-def unpack_covariance(packed: Sequence[float]) -> Matrix3:
-    """Covariance (3, 3) of x, y and yaw in the upper triangle (21) of a message.
-
-    Messages mark an unknown one with NaN in its first element; it is returned as it is.
-    """
-
-    def at(i: int, j: int) -> float:
-        i, j = min(i, j), max(i, j)
-        return float(packed[6 * i - i * (i - 1) // 2 + j - i])
-
-    def row(i: int) -> Vector:
-        a, b, c = (at(i, j) for j in _PLANAR_AXES)
-        return a, b, c
-
-    return row(0), row(1), row(5)

@@ -73,10 +73,6 @@ class GeoOrigin:
         """X and y on the map of integers of 1e-7 degrees."""
         return self.to_local(latitude / UNITS_PER_DEGREE, longitude / UNITS_PER_DEGREE)
 
-    def to_enu(self, heading: float) -> float:
-        """Heading from east of a heading on the map, radians."""
-        return heading - self.east
-
     def from_enu(self, heading: float) -> float:
         """Heading on the map of a heading from east, radians."""
         return heading + self.east

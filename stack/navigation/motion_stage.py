@@ -18,7 +18,10 @@ class WantedTwist(NamedTuple):
 
 
 class MotionStage(ABC):
-    """Computes the velocity of the base in each step, and tells what it does."""
+    """Computes the velocity of the base in each step, and tells what it does.
+
+    Unless a stage says otherwise, nothing moves.
+    """
 
     @abstractmethod
     def step(self, perceived: Perceived) -> WantedTwist:
@@ -33,90 +36,85 @@ class MotionStage(ABC):
         """
 
     @property
-    @abstractmethod
     def replans(self) -> int:
         """Number of plans so far besides the first one of each drive."""
+        return 0
 
     @property
-    @abstractmethod
     def evades(self) -> bool:
         """Whether only evasion keeps the robot clear of who walks."""
+        return False
 
     @property
-    @abstractmethod
     def is_busy(self) -> bool:
         """Whether a motion is under way."""
+        return False
 
     @property
-    @abstractmethod
     def limitation(self) -> Limitation | None:
         """Why the motion stands in this step although it wants to drive; None if it does not."""
+        return None
 
     @property
-    @abstractmethod
     def doubt(self) -> Limitation | None:
         """How doubt about the pose limits the motion; None if it does not."""
+        return None
 
     @property
-    @abstractmethod
     def lost_seconds(self) -> float:
         """Time of standing because the robot was lost, in the whole run."""
+        return 0.0
 
     @property
-    @abstractmethod
     def obscured_metres(self) -> float:
         """Metres driven with the map hidden, in the whole run."""
+        return 0.0
 
     @property
-    @abstractmethod
     def teleoperation(self) -> Teleoperation | None:
         """The running teleoperation; None without one."""
+        return None
 
     @property
-    @abstractmethod
     def goal(self) -> Pose2D | None:
         """Goal of the current drive, map frame; None without one."""
+        return None
 
     @property
-    @abstractmethod
     def path(self) -> Path | None:
         """Current path, map frame."""
+        return None
 
     @property
-    @abstractmethod
     def local_plan(self) -> Path | None:
         """Planned motion of the controller, map frame."""
+        return None
 
-    @abstractmethod
     def await_plans(self, now: float, longest: float) -> bool:
         """Wait at most `longest` wall seconds for the plans that the step at a time needs.
 
         Returns:
             Whether they are there: `step` does not wait.
         """
+        return True
 
-    @abstractmethod
-    def pause(self, now: float) -> None:
+    def pause(self, now: float) -> None:  # noqa: B027 - nothing moves
         """Hold the mission's motion at a time in seconds; does nothing while it is held."""
 
-    @abstractmethod
-    def resume(self, now: float) -> None:
+    def resume(self, now: float) -> None:  # noqa: B027 - nothing moves
         """Continue the mission's motion, and cancel a detour; does nothing unless held."""
 
-    @abstractmethod
-    def hold_detour(self, now: float, *, held: bool) -> None:
+    def hold_detour(self, now: float, *, held: bool) -> None:  # noqa: B027 - nothing moves
         """Hold the operator's detour with its goal, or continue it; without one, no effect."""
 
-    @abstractmethod
-    def stop_ended(self, now: float) -> None:
+    def stop_ended(self, now: float) -> None:  # noqa: B027 - nothing moves
         """Stop the motions whose task has ended, as the next step would.
 
         Args:
             now: seconds.
         """
 
-    @abstractmethod
-    def close(self, now: float | None = None) -> None:
+    def close(self, now: float | None = None) -> None:  # noqa: B027 - nothing moves
         """Cancel all tasks, stop their motions and the planner's thread.
 
         Args:

@@ -6,6 +6,7 @@ from math import hypot, inf, sqrt
 
 import numpy as np
 
+from stack.drivetrain.kinematics import scaled
 from stack.types import FloatArray, Path, Twist
 
 BRAKING_SHARE = 0.5
@@ -54,5 +55,4 @@ def slower(twist: Twist, limit: float) -> Twist:
     speed = hypot(twist.linear, twist.lateral)
     if speed <= limit:
         return twist
-    share = limit / speed
-    return Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+    return scaled(twist, limit / speed)

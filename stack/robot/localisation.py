@@ -18,10 +18,12 @@ class Localisation(Protocol):
     @property
     def pose(self) -> Pose2D:
         """Estimated pose of the robot, map frame."""
+        return self.estimate.pose
 
     @property
     def health(self) -> float:
         """Calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees."""
+        return self.estimate.health
 
     def fit_at(self, pose: Pose2D) -> float:
         """Health in [0, 1] that localisation would have with the newest scan at this pose."""

@@ -121,7 +121,7 @@ def field_codecs(kind: type) -> Mapping[str, Codec]:
 
 
 def plain_fields(record: Any) -> dict[str, Any]:
-    """Return the fields of a record as JSON-compatible values, by name; it has no arrays."""
+    """Return the encoded fields of a record by name; without arrays they are JSON values."""
     kind: Any = type(record)
     codecs = field_codecs(kind).items()
     return {name: codec.encode(getattr(record, name)) for name, codec in codecs}

@@ -18,6 +18,7 @@ from math import ceil
 from pathlib import Path
 from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 
+from stack.columns import columns
 from stack.errors import TelemetryError
 from stack.parameters import values_of
 from stack.telemetry.codec import decode_one_of, encode
@@ -267,13 +268,7 @@ def run_table(runs: Sequence[RunHandle]) -> str:
             (run.identity[:SHOWN_DIGITS], run.run_id, run.robot, run.mission, since, state,
              run.folder or "-")
         )  # fmt: skip
-    cells = [[_one_line(cell) for cell in row] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        for row in cells
-    ]
-    return "\n".join(line.rstrip() for line in lines)
+    return "\n".join(columns([[_one_line(cell) for cell in row] for row in rows]))
 
 
 def states_of(

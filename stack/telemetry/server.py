@@ -347,14 +347,8 @@ class TelemetryServer:
 
     def _batch(self, first: int) -> tuple[bytes, ...]:
         """Up to BATCH encoded events, starting with this number."""
-        lacking = self._event_count - first
-        if lacking <= 0:
-            return ()
-        if lacking > BATCH:
-            start = first - (self._event_count - len(self._events))
-            return tuple(self._events[start + n] for n in range(BATCH))
-        newest_first = reversed(self._events)
-        return tuple(reversed([next(newest_first) for _ in range(lacking)]))
+        kept, lacking = self._events, self._event_count - first
+        return tuple(kept[n - lacking] for n in range(min(lacking, BATCH)))
 
     def _layer(self, name: str) -> bytes:
         assert self._newest is not None

@@ -96,7 +96,7 @@ def test_the_command_line_s_choice_has_the_defaults(site, tmp_path):
         ("{use: crawler, gian: 1.0}", "gian"),
         ("{use: crawler, gain: -1.0}", "gain"),
         ("{gain: 1.0}", "body must be a name, or a mapping with `use`"),
-        ("odd", "does not inherit treepilot.BodyKind"),
+        ("odd", "does not inherit BodyKind"),
         ("gone", "the body 'gone' cannot be used: No module named 'crawler_no'"),
     ],
 )

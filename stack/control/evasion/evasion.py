@@ -20,6 +20,7 @@ from stack.control.evasion.motions import motions_of
 from stack.control.evasion.parameters import EvasionParameters
 from stack.control.evasion.pushing import PushingPeople
 from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import scaled
 from stack.safety.monitor import moving_discs
 from stack.types import TRACK_PADDING, FloatArray, ObstaclePoints, Pose2D, TrackedObject, Twist
 
@@ -193,9 +194,7 @@ class Evasion:
             discs, self._corners, twist.linear / speed, twist.lateral / speed
         )
         share = (p.passing_speed + max(gap, 0.0) / p.passing_time) / speed
-        if share >= 1.0:
-            return twist
-        return Twist(share * twist.linear, share * twist.angular, share * twist.lateral)
+        return twist if share >= 1.0 else scaled(twist, share)
 
     def _discs(self, situation: Situation) -> FloatArray:
         """(k, 6) people whom the robot may meet within the horizon, base frame."""
@@ -259,8 +258,7 @@ class Evasion:
         share = limits.reverse_speed / -wanted.linear
         if wanted.angular:
             share = min(share, limits.angular_speed / abs(wanted.angular))
-        share = max(share, 1.0)
-        return Twist(share * wanted.linear, share * wanted.angular, share * wanted.lateral)
+        return scaled(wanted, max(share, 1.0))
 
     def _must_retreat(self, time: float) -> bool:
         """Whether the robot may leave its lanes, as it would be met in `time` if it stood."""

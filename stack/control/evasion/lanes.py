@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from stack.control.evasion.motions import TURNING_SPEED
 from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
@@ -29,9 +30,6 @@ SLOWEST_ON_PATH = 0.05
 
 LEAST_SPEED = 0.3
 """Least forward speed in m/s of the lanes that are tried: who waits goes on at this speed."""
-
-TURNING_SPEED = 1.5
-"""Upper limit of the turning speed, rad/s."""
 
 NO_WAY: FloatArray = np.zeros((1, 4))
 NO_LANES: FloatArray = np.empty((0, 2))

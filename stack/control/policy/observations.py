@@ -115,11 +115,6 @@ class Observations:
         if any(field.name == IMAGE for field in self.fields):
             raise InputError("an observation with an `image` is not flat; leave `flat` out")
 
-    @property
-    def flat_size(self) -> int:
-        """Numbers in the flat vector."""
-        return sum(field.low.size for field in self.fields)
-
 
 def flat(observed: Mapping[str, Values]) -> Vector:
     """Return the numbers of observations, which have no picture, one after another."""

@@ -33,14 +33,6 @@ class StackLocalisation(Localisation):
     def estimate(self) -> PoseEstimate:
         return self._estimator.estimate
 
-    @property
-    def pose(self) -> Pose2D:
-        return self.estimate.pose
-
-    @property
-    def health(self) -> float:
-        return self.estimate.health
-
     def fit_at(self, pose: Pose2D) -> float:
         scan = self._now.perceived.newest(self._estimator.lidar, Scan)
         return 0.0 if scan is None else self._estimator.fit_at(pose, scan)

@@ -13,7 +13,10 @@ from numba import b1, f4, f8, i8, types, u1
 from numpy.typing import NDArray
 
 from stack.kernel_cache import njit
+from stack.planning.cost_to_go.kernels import UNREACHED
+from stack.planning.curves.kernels import _wrap
 from stack.planning.kernels import pop, push
+from stack.planning.kinematic.contact.kernels import GRID, cell_of, sweep
 
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3
 """Indices of `state`: nodes, heap entries, nodes expanded, expansions to the next attempt."""
@@ -23,33 +26,9 @@ ATTEMPT, NO_PATH, GROW, LIMIT, SETTLED, STOPPED = 0, 1, 2, 3, 4, 5
 expansions reached, nothing left below the cost bound, cancelled."""
 
 CHECKED = 256  # expansions between two checks of the cancel flag
-UNREACHED = 3.0e38  # cost to go of cells from which the goal cannot be reached
 EMPTY = -1
+IN_PLACE = 9  # as in `moves`, which imports this module
 KEY_OFFSET = 1 << 20  # offset of rows and columns in keys, which keeps them positive
-IN_PLACE = 9
-
-
-class CollisionGrid(NamedTuple):
-    """Costmap and footprint for collision checks.
-
-    Attributes:
-        cells: (rows, columns) uint8.
-        weights: (256,) cost of a metre by cell cost; 0 if impassable.
-        distances: (rows, columns) float32 metres from a cell's centre to the nearest lethal one.
-        geometry: (4,) origin x and y, resolution, half a cell's diagonal; metres.
-        samples: (n, 2) points on and in the footprint, base frame, metres, tile by tile.
-        tiles: (m, 4) middle x and y and radius of each tile's samples, metres, and the number of
-            the sample behind its last one.
-        reach: circumscribed radius, metres.
-    """
-
-    cells: NDArray[np.uint8]
-    weights: NDArray[np.float64]
-    distances: NDArray[np.float32]
-    geometry: NDArray[np.float64]
-    samples: NDArray[np.float64]
-    tiles: NDArray[np.float64]
-    reach: float
 
 
 class Moves(NamedTuple):
@@ -129,77 +108,6 @@ class Nodes(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def contact(grid, x, y, heading, most):
-    """Return (cost of a metre at a pose, number of footprint samples in contact).
-
-    The number is one higher if the cell of the pose is impassable. Outside the grid it is above
-    the number of samples. Counting ends above `most`.
-    """
-    rows, columns = grid.cells.shape
-    origin_x, origin_y, resolution, slack = grid.geometry
-    column = int(np.floor((x - origin_x) / resolution))
-    row = int(np.floor((y - origin_y) / resolution))
-    if not (0 <= row < rows and 0 <= column < columns):
-        return 0.0, grid.samples.shape[0] + 2
-    weight = grid.weights[grid.cells[row, column]]
-    touching = 1 if weight == 0.0 else 0
-    if grid.distances[row, column] > grid.reach + 2.0 * slack:
-        return weight, touching
-    cosine, sine = np.cos(heading), np.sin(heading)
-    first = 0
-    for tile in range(grid.tiles.shape[0]):
-        forward, left, radius, end = grid.tiles[tile]
-        begin, first = first, int(end)
-        column = int(np.floor((x + cosine * forward - sine * left - origin_x) / resolution))
-        row = int(np.floor((y + sine * forward + cosine * left - origin_y) / resolution))
-        if (
-            0 <= row < rows
-            and 0 <= column < columns
-            and grid.distances[row, column] > radius + 2.0 * slack
-        ):
-            continue
-        if touching > most:
-            break
-        for sample in range(begin, first):
-            forward, left = grid.samples[sample, 0], grid.samples[sample, 1]
-            column = int(np.floor((x + cosine * forward - sine * left - origin_x) / resolution))
-            row = int(np.floor((y + sine * forward + cosine * left - origin_y) / resolution))
-            if 0 <= row < rows and 0 <= column < columns and grid.distances[row, column] == 0.0:
-                touching += 1
-    return weight, touching
-
-
-@njit(cache=True, nogil=True)
-def sweep(grid, poses, contacts):
-    """Check the footprint for collision along poses.
-
-    Args:
-        grid: costmap and footprint.
-        poses: (n, 3), map frame.
-        contacts: allowed value of `contact`; 0 from the first pose without contact on.
-
-    Returns:
-        (mean cost of a metre, or 0 if the footprint collides; contacts at the last pose).
-    """
-    total, touching = 0.0, contacts
-    for index in range(poses.shape[0]):
-        weight, touching = contact(
-            grid, poses[index, 0], poses[index, 1], poses[index, 2], contacts
-        )
-        if touching > contacts:
-            return 0.0, touching
-        total += max(weight, grid.weights[0])
-        if touching == 0:
-            contacts = 0
-    return total / max(poses.shape[0], 1), touching
-
-
-@njit(cache=True, nogil=True)
-def _wrap(angle):
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
-
-
-@njit(cache=True, nogil=True)
 def heading_bin(bins, heading):
     """Return the heading bin of a direction in radians."""
     part = int((_wrap(heading) + np.pi) / (2.0 * np.pi) * bins.size)
@@ -211,9 +119,7 @@ def estimate(grid, target, x, y, heading, contacts):
     """Cost to go: maximum of the 2D cost-to-go field and the obstacle-free curve length."""
     if contacts > 0:
         return target.escape_cost
-    origin_x, origin_y, resolution, _ = grid.geometry
-    column = int(np.floor((x - origin_x) / resolution))
-    row = int(np.floor((y - origin_y) / resolution))
+    row, column, _ = cell_of(grid, x, y)
     cost = min(target.to_go[row, column], target.horizon)
     if cost >= UNREACHED:
         return cost
@@ -284,6 +190,18 @@ def _changes(one, other):
 
 
 @njit(cache=True, nogil=True)
+def _drive(moves, turn, move, pose, driven):
+    """Write the poses (n, 3) along a move from a pose (x, y, heading), map frame."""
+    x, y, heading = pose
+    c, s = np.cos(heading), np.sin(heading)
+    for index in range(driven.shape[0]):
+        forward, left, bend = moves.poses[turn, move, index]
+        driven[index, 0] = x + c * forward - s * left
+        driven[index, 1] = y + s * forward + c * left
+        driven[index, 2] = heading + bend
+
+
+@njit(cache=True, nogil=True)
 def expand(grid, moves, target, nodes, state, max_expansions, bound, cancelled):
     """A* over poses (Hart, Nilsson and Raphael 1968), until the caller has to act.
 
@@ -320,19 +238,13 @@ def expand(grid, moves, target, nodes, state, max_expansions, bound, cancelled):
             return SETTLED, -1
         nodes.closed[node] = True
         state[EXPANDED] += 1
-        x, y, heading = nodes.poses[node]
-        c, s = np.cos(heading), np.sin(heading)
-        turn = heading_bin(moves.bins, heading)
+        turn = heading_bin(moves.bins, nodes.poses[node, 2])
         before = nodes.parents[node, 1]
         for move in range(count):
             samples = moves.counts[turn, move]
             if samples == 0:
                 continue
-            for index in range(samples):
-                forward, left, bend = moves.poses[turn, move, index]
-                driven[index, 0] = x + c * forward - s * left
-                driven[index, 1] = y + s * forward + c * left
-                driven[index, 2] = heading + bend
+            _drive(moves, turn, move, nodes.poses[node], driven[:samples])
             allowed = target.contacts if nodes.contacts[node] > 0 else 0
             weight, contacts = sweep(grid, driven[:samples], allowed)
             if weight == 0.0:
@@ -374,24 +286,17 @@ def trace(moves, nodes, node):
     at, fill = node, length
     while nodes.parents[at, 0] >= 0:
         before, move = nodes.parents[at, 0], nodes.parents[at, 1]
-        x, y, heading = nodes.poses[before]
-        c, s = np.cos(heading), np.sin(heading)
-        turn = heading_bin(moves.bins, heading)
+        turn = heading_bin(moves.bins, nodes.poses[before, 2])
         samples, kind = moves.counts[turn, move], moves.kinds[move]
         fill -= samples
-        for index in range(samples):
-            forward, left, bend = moves.poses[turn, move, index]
-            poses[fill + index, 0] = x + c * forward - s * left
-            poses[fill + index, 1] = y + s * forward + c * left
-            poses[fill + index, 2] = _wrap(heading + bend)
-            directions[fill + index] = 0 if kind == IN_PLACE else (-1 if kind >= 2 else 1)
+        _drive(moves, turn, move, nodes.poses[before], poses[fill : fill + samples])
+        for index in range(fill, fill + samples):
+            poses[index, 2] = _wrap(poses[index, 2])
+            directions[index] = 0 if kind == IN_PLACE else (-1 if kind >= 2 else 1)
         at = before
     return poses, directions
 
 
-_GRID = types.NamedTuple(
-    (u1[:, ::1], f8[::1], f4[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1], f8), CollisionGrid
-)
 _MOVES = types.NamedTuple((f8[:, :, :, ::1], i8[:, ::1], f8[:, ::1], i8[::1], i8[::1], f8), Moves)
 _TARGET = types.NamedTuple(
     (f8[::1], f4[:, ::1], f8, f4[:, :, ::1], f8, f8, f8, f8[::1], f8, f8, i8), Target
@@ -402,12 +307,10 @@ _NODES = types.NamedTuple(
 POSES = (
     (
         add_node,
-        (_GRID, _MOVES, _TARGET, _NODES, i8[::1], types.UniTuple(f8, 3), f8, i8, i8, i8),
+        (GRID, _MOVES, _TARGET, _NODES, i8[::1], types.UniTuple(f8, 3), f8, i8, i8, i8),
     ),
-    (contact, (_GRID, f8, f8, f8, i8)),
-    (expand, (_GRID, _MOVES, _TARGET, _NODES, i8[::1], i8, f8, u1[::1])),
+    (expand, (GRID, _MOVES, _TARGET, _NODES, i8[::1], i8, f8, u1[::1])),
     (rehash, (i8[::1], i8[::1], i8)),
-    (sweep, (_GRID, f8[:, ::1], i8)),
     (trace, (_MOVES, _NODES, i8)),
 )
 """Entry points, with the types that planners of poses call them with."""

@@ -189,11 +189,12 @@ def pose_planner_kernels(smoother: str) -> KernelTypes:
     from stack.planning.cost_to_go.kernels import COST_TO_GO
     from stack.planning.curves.kernels import CURVES
     from stack.planning.geodesic.kernels import COSTING
+    from stack.planning.kinematic.contact.kernels import CONTACTS
     from stack.planning.kinematic.kernels import POSES
 
     rounding = kernels.ROUNDING if smoother == "simple" else shape_kernels(smoother)
     costing = () if smoother == "none" else COSTING
-    return (*POSES, *COST_TO_GO, *CURVES, *kernels.ENDPOINTS, *rounding, *costing)
+    return (*CONTACTS, *POSES, *COST_TO_GO, *CURVES, *kernels.ENDPOINTS, *rounding, *costing)
 
 
 def _clear_goal(ends: Endpoints, checker: CollisionChecker, goal: Pose2D) -> Pose2D:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stack.components import CancelToken
 from stack.geometry.distance_transform import distances_to_zero
 from stack.geometry.polygons import fill_polygon
-from stack.planning.kinematic.moves import Penalties
+from stack.planning.kinematic.moves import IN_PLACE, Penalties
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
 
@@ -76,7 +76,7 @@ class CollisionChecker:
 
     Attributes:
         costs: map frame.
-        grid: `kernels.CollisionGrid`.
+        grid: `contact.kernels.CollisionGrid`.
     """
 
     costs: CostGrid
@@ -85,7 +85,7 @@ class CollisionChecker:
     @staticmethod
     def of(costs: CostGrid, footprint: Footprint, tables: StepCosts) -> CollisionChecker:
         """Compute the distances to lethal cells and the cost of a metre by cell cost."""
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         blocked = costs.cells == LETHAL_COST
         if tables.traverse[UNKNOWN_COST] == 0:
@@ -101,7 +101,7 @@ class CollisionChecker:
 
     def contacts(self, pose: Pose2D) -> int:
         """Return the number of footprint samples in contact at a pose; 0 is clear."""
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         contact: Any = kernels.contact
         return int(contact(self.grid, pose.x, pose.y, pose.heading, len(self.grid.samples) + 2)[1])
@@ -117,7 +117,7 @@ class CollisionChecker:
 
     def weight(self, poses: FloatArray, contacts: int = 0) -> float:
         """Return the mean cost of a metre over poses (n, 3); 0 if the footprint collides."""
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         sweep: Any = kernels.sweep
         return float(sweep(self.grid, poses, contacts)[0])
@@ -128,7 +128,7 @@ class CollisionChecker:
         Returns:
             (mean cost of a metre; largest share of the footprint in contact).
         """
-        from stack.planning.kinematic import kernels
+        from stack.planning.kinematic.contact import kernels
 
         contact: Any = kernels.contact
         all_samples, least = len(self.grid.samples), float(self.grid.weights[0])
@@ -144,7 +144,7 @@ def tiled(samples: FloatArray, width: float) -> tuple[FloatArray, FloatArray]:
         width: of a tile, metres.
 
     Returns:
-        (samples, tiles) as in `kernels.CollisionGrid`.
+        (samples, tiles) as in `contact.kernels.CollisionGrid`.
     """
     tile = np.floor((samples - samples.min(axis=0)) / width)
     order = np.lexsort(tile.T)
@@ -273,7 +273,7 @@ class KinematicSearch:
     def _attempt(self, node: int) -> PoseDrive | None:
         """Return the cheapest collision-free analytic expansion from a node, or None."""
         before = int(self._nodes.parents[node, 1])
-        kind = int(self._method.moves.kinds[before]) if before >= 0 else self._kernels.IN_PLACE
+        kind = int(self._method.moves.kinds[before]) if before >= 0 else IN_PLACE
         start = self._nodes.poses[node].copy()
         allowed = self._query.target.contacts if self._nodes.contacts[node] > 0 else 0
         best: PoseDrive | None = None
@@ -316,9 +316,7 @@ class KinematicSearch:
 
 def _reverses(kind: int, directions: NDArray[np.int64]) -> bool:
     """Return whether a drive begins in the opposite direction of the move before it."""
-    from stack.planning.kinematic import kernels
-
-    if kind == kernels.IN_PLACE or not len(directions):
+    if kind == IN_PLACE or not len(directions):
         return False
     return bool(directions[0] * (-1 if kind >= 2 else 1) < 0)
 

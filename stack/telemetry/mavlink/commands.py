@@ -153,11 +153,6 @@ class CommandService:
         )
 
 
-def done_by(answer: Answer, refused: int = DENIED) -> Callable[[str], None]:
-    """A callback for an order to the engine that answers a command.
-
-    Args:
-        answer: of the command.
-        refused: result when the engine refuses the order.
-    """
-    return lambda refusal: answer(refused if refusal else ACCEPTED, refusal)
+def done_by(answer: Answer) -> Callable[[str], None]:
+    """A callback for an order to the engine that answers a command."""
+    return lambda refusal: answer(DENIED if refusal else ACCEPTED, refusal)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -12,18 +12,14 @@ from pymavlink.dialects.v20 import all as mav
 
 from stack.telemetry.mavlink.geography import GLOBAL_FRAMES, NO_ORIGIN, Geography
 from stack.telemetry.records import Snapshot
-from stack.types import CostGrid, OccupancyGrid
+from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, OccupancyGrid
 
 MAX_ITEMS = 500
 WAYPOINT, LOITER, RETURN = 16, 19, 20
 SPEED = 178
 MOVING = (WAYPOINT, LOITER)
 DRIVEN = (WAYPOINT, LOITER, RETURN, SPEED)
-MISSION_FRAME = 2
 LONGEST_WAIT = 86400.0
-
-INSCRIBED_COST = 253
-"""Of a costmap: the robot's centre cannot be there without a contact."""
 
 OK, BAD_FRAME, UNKNOWN = (
     mav.MAV_MISSION_ACCEPTED, mav.MAV_MISSION_UNSUPPORTED_FRAME, mav.MAV_MISSION_UNSUPPORTED,
@@ -157,11 +153,7 @@ def place_problem(snapshot: Snapshot | None, x: float, y: float) -> str:
     costs = snapshot.layers.get("global_costmap")
     field = costs.content if costs is not None else None
     if isinstance(field, CostGrid):
-        row = (y - field.origin[1]) / field.resolution
-        column = (x - field.origin[0]) / field.resolution
-        rows, columns = field.cells.shape
-        if -inf < row < inf and 0 <= row < rows and 0 <= column < columns:
-            cost = int(field.cells[int(row), int(column)])
-            if cost in (INSCRIBED_COST, INSCRIBED_COST + 1):
-                return "is too close to an obstacle"
+        cell = field.cell_at(x, y)
+        if field.contains(*cell) and field.cells[cell] in (INSCRIBED_COST, LETHAL_COST):
+            return "is too close to an obstacle"
     return ""

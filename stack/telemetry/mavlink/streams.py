@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from pymavlink.dialects.v20 import all as mav
@@ -66,18 +66,14 @@ class Streams:
         send: sends a message.
     """
 
-    def __init__(
-        self, handover: Handover, geography: Geography, send: Send,
-        streams: Mapping[int, tuple[Make, float]] = STREAMS,
-    ) -> None:  # fmt: skip
+    def __init__(self, handover: Handover, geography: Geography, send: Send) -> None:
         self._handover, self._geography, self._send = handover, geography, send
-        self._streams = streams
-        self._periods = {number: _period(rate) for number, (_, rate) in streams.items()}
-        self._due = dict.fromkeys(streams, 0.0)
+        self._periods = {number: _period(rate) for number, (_, rate) in STREAMS.items()}
+        self._due = dict.fromkeys(STREAMS, 0.0)
 
     def interval(self, number: int) -> int:
         """Microseconds between two messages; -1: not sent; 0: there is no such message."""
-        if number not in self._streams:
+        if number not in STREAMS:
             return 0
         period = self._periods[number]
         return -1 if period is None else round(period * 1e6)
@@ -89,10 +85,10 @@ class Streams:
             number: of the message.
             microseconds: between two; -1 (or NaN) stops it, 0 is the default.
         """
-        if number not in self._streams:
+        if number not in STREAMS:
             return False
         if microseconds == 0.0:
-            self._periods[number] = _period(self._streams[number][1])
+            self._periods[number] = _period(STREAMS[number][1])
         elif microseconds > 0.0:
             self._periods[number] = min(max(microseconds * 1e-6, 1.0 / FASTEST), LONGEST_PERIOD)
         else:
@@ -109,9 +105,15 @@ class Streams:
     def message(self, number: int) -> Any:
         """The message of now; None if there is none, or nothing to tell."""
         snapshot = self._handover.snapshot
-        if number not in self._streams or snapshot is None:
+        if number not in STREAMS or snapshot is None:
             return None
-        return self._streams[number][0](snapshot, self._geography)
+        return STREAMS[number][0](snapshot, self._geography)
+
+    def send_now(self, number: int) -> None:
+        """Send a message, if there is anything to tell."""
+        message = self.message(number)
+        if message is not None:
+            self._send(message)
 
     def tick(self, now: float) -> None:
         """Send what is due, wall seconds."""
@@ -120,9 +122,7 @@ class Streams:
                 continue
             late = now - self._due[number] > period
             self._due[number] = now + period if late else self._due[number] + period
-            message = self.message(number)
-            if message is not None:
-                self._send(message)
+            self.send_now(number)
 
 
 def _period(rate: float) -> float | None:

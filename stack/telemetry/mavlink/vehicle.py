@@ -172,7 +172,7 @@ class Vehicle:
             self._commands.carry_out(request, None)
 
     def _change_mode(self, mode: int, request: Request, answer: Any) -> None:
-        self._vehicle_commands.set_mode(mode, answer)
+        self._vehicle_commands.switch(mode, answer)
 
     def _take_stream_request(self, message: Any) -> None:
         rate = float(message.req_message_rate) if message.start_stop else 0.0
@@ -186,7 +186,7 @@ class Vehicle:
             self._texts.tell(refusal, WARNING)
             return
         for number in (mav.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mav.MAVLINK_MSG_ID_HOME_POSITION):
-            self._send_any(self._streams.message(number))
+            self._streams.send_now(number)
 
     def _refuse_key(self, message: Any) -> None:
         """Refuse SETUP_SIGNING; its key is never shown or kept."""

@@ -63,7 +63,7 @@ class VehicleCommands:
             mav.MAV_CMD_DO_PAUSE_CONTINUE: self._pause,
             mav.MAV_CMD_DO_REPOSITION: self._reposition,
             mav.MAV_CMD_DO_CHANGE_SPEED: self._speed,
-            mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _, answer: self._switch(Mode.RTL, answer),
+            mav.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _, answer: self.switch(Mode.RTL, answer),
             mav.MAV_CMD_DO_SET_HOME: self._set_home,
             mav.MAV_CMD_DO_SET_MISSION_CURRENT: self._set_current,
             mav.MAV_CMD_GET_HOME_POSITION: lambda _, answer: self._tell(
@@ -79,11 +79,8 @@ class VehicleCommands:
             ),
         }  # fmt: skip
 
-    def set_mode(self, mode: int, answer: Answer) -> None:
+    def switch(self, mode: int, answer: Answer) -> None:
         """Change the mode: SET_MODE, and DO_SET_MODE."""
-        self._switch(mode, answer)
-
-    def _switch(self, mode: int, answer: Answer) -> None:
         self.modes.switch(mode, done_by(answer))
 
     def _arm(self, request: Request, answer: Answer) -> None:
@@ -108,7 +105,7 @@ class VehicleCommands:
     def _set_mode(self, request: Request, answer: Answer) -> None:
         flags, mode = _number(request.parameters[0]), _number(request.parameters[1])
         if flags & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            self._switch(mode, answer)
+            self.switch(mode, answer)
         else:
             answer(UNSUPPORTED, "")
 
@@ -119,11 +116,11 @@ class VehicleCommands:
         if refusal:
             answer(DENIED, refusal)
         else:
-            self._switch(Mode.AUTO, answer)
+            self.switch(Mode.AUTO, answer)
 
     def _pause(self, request: Request, answer: Answer) -> None:
         if request.parameters[0] == 0.0:
-            self._switch(Mode.HOLD, answer)
+            self.switch(Mode.HOLD, answer)
         elif request.parameters[0] == 1.0:
             self.modes.resume(done_by(answer))
         else:
@@ -172,7 +169,7 @@ class VehicleCommands:
                 answer(DENIED, NO_ORIGIN)
                 return
             self.geography.home = Pose2D(*place, snapshot.pose.heading)
-        self._send_if_any(mav.MAVLINK_MSG_ID_HOME_POSITION)
+        self.streams.send_now(mav.MAVLINK_MSG_ID_HOME_POSITION)
         answer(ACCEPTED, "")
 
     def _set_current(self, request: Request, answer: Answer) -> None:
@@ -197,11 +194,6 @@ class VehicleCommands:
             return
         answer(ACCEPTED, "")
         self.send(message)
-
-    def _send_if_any(self, number: int) -> None:
-        message = self.streams.message(number)
-        if message is not None:
-            self.send(message)
 
     def _set_interval(self, request: Request, answer: Answer) -> None:
         number, interval = _number(request.parameters[0]), request.parameters[1]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stack.schedule import Schedule
-from stack.telemetry.codec import codec_of, field_codecs
+from stack.telemetry.codec import codec_of, plain_fields
 from stack.telemetry.hub import SNAPSHOTS
 from stack.telemetry.recording_parameters import RecordingParameters
 from stack.telemetry.records import Event, Layer, RunInfo, Snapshot, TreeRow
@@ -63,7 +63,7 @@ class SnapshotLog(Sink):
     def open(self, info: RunInfo) -> None:
         """Create the file and describe the run in it."""
         self._file.open()
-        self._file.write("/run", "RunInfo", 0.0, _encoded_fields(info))
+        self._file.write("/run", "RunInfo", 0.0, plain_fields(info))
 
     def event(self, event: Event) -> None:
         """Note the event: the next snapshot is due, so that the state after it can be seen."""
@@ -151,7 +151,7 @@ class _LayerLog:
         self._patches = 0 if patch is None else self._patches + 1
         self._written = layer
         whole = patch is None
-        fields = _encoded_fields(layer) if whole else {"version": layer.version, PATCH: patch}
+        fields = plain_fields(layer) if whole else {"version": layer.version, PATCH: patch}
         file.write(self._topic, "Layer", time, fields)
 
 
@@ -171,15 +171,8 @@ class _PictureLog:
         self._stamp = image.stamp
         if image.camera != self._camera:
             self._camera = image.camera
-            file.write(f"/cameras/{self._name}", "Camera", time, _encoded_fields(image.camera))
-        file.write(f"/pictures/{self._name}", "Picture", time, _encoded_fields(encoded(image)))
-
-
-def _encoded_fields(record: Any) -> dict[str, Any]:
-    """The encoded fields of a record by name."""
-    kind: Any = type(record)
-    codecs = field_codecs(kind)
-    return {name: codec.encode(getattr(record, name)) for name, codec in codecs.items()}
+            file.write(f"/cameras/{self._name}", "Camera", time, plain_fields(image.camera))
+        file.write(f"/pictures/{self._name}", "Picture", time, plain_fields(encoded(image)))
 
 
 def _patch(before: Layer, layer: Layer) -> list[Any] | None:

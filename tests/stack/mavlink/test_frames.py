@@ -15,33 +15,7 @@ FRD_OF_FLU = np.diag([1, -1, -1.0])
 number = st.floats(-1e3, 1e3)
 vector = st.tuples(number, number, number)
 angle = st.floats(-pi, pi)
-pitch = st.floats(-1.5, 1.5)
 entries = st.lists(st.floats(-3, 3), min_size=9, max_size=9)
-
-
-def rotation(roll, pitch, yaw):
-    """From the body to the world, about x, then y, then z of the world."""
-
-    def about(axis, by):
-        c, s = np.cos(by), np.sin(by)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        matrix = np.eye(3)
-        matrix[i, i] = matrix[j, j] = c
-        matrix[i, j], matrix[j, i] = -s, s
-        return matrix
-
-    return about(2, yaw) @ about(1, pitch) @ about(0, roll)
-
-
-def of_quaternion(q):
-    w, x, y, z = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 @given(vector)
@@ -50,25 +24,6 @@ def test_vectors(v):
     assert np.array_equal(frames.frd_from_flu(v), FRD_OF_FLU @ v)
     assert frames.enu_from_ned(frames.ned_from_enu(v)) == v
     assert frames.flu_from_frd(frames.frd_from_flu(v)) == v
-
-
-@given(angle, pitch, angle)
-def test_attitudes_are_the_same_rotation(roll, pitch, heading):
-    ours = rotation(roll, pitch, heading)
-    theirs = rotation(*frames.ned_attitude(roll, pitch, heading))
-    assert np.allclose(theirs, NED_OF_ENU @ ours @ FRD_OF_FLU, atol=1e-12)
-    assert np.allclose(rotation(*frames.enu_attitude(*frames.ned_attitude(roll, pitch, heading))),
-                       ours, atol=1e-12)  # fmt: skip
-
-
-@given(st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1))
-def test_quaternions_are_the_same_rotation(q):
-    q = tuple(float(value) for value in np.array(q) / np.linalg.norm(q))
-    turned = frames.ned_quaternion(q)
-    expected = NED_OF_ENU @ of_quaternion(q) @ FRD_OF_FLU
-    assert turned[0] >= 0 and np.allclose(of_quaternion(turned), expected, atol=1e-12)
-    back = of_quaternion(frames.enu_quaternion(turned))
-    assert np.allclose(back, of_quaternion(q), atol=1e-12)
 
 
 @given(number, number, angle, st.floats(-2, 2), st.floats(-2, 2))
@@ -97,10 +52,8 @@ def test_covariances_rotate_as_their_values_do(values):
     # The Jacobian of (north, east, yaw) by (x, y, heading) has the signs of NED_OF_ENU.
     world = np.array(frames.ned_covariance(covariance))
     assert np.allclose(world, NED_OF_ENU @ covariance @ NED_OF_ENU.T)
-    assert np.allclose(frames.enu_covariance(world), covariance)
     body = np.array(frames.frd_covariance(covariance))
     assert np.allclose(body, FRD_OF_FLU @ covariance @ FRD_OF_FLU.T)
-    assert np.allclose(frames.flu_covariance(body), covariance)
 
 
 @given(entries)
@@ -108,7 +61,7 @@ def test_packed_covariances(values):
     root = np.array(values).reshape(3, 3)
     covariance = root @ root.T
     packed = frames.pack_covariance(covariance, unknown=0.5)
-    assert len(packed) == 21 and np.array_equal(frames.unpack_covariance(packed), covariance)
+    assert len(packed) == 21
     full = np.zeros((6, 6))
     full[np.triu_indices(6)] = packed
     assert np.array_equal(full[np.ix_([0, 1, 5], [0, 1, 5])], np.triu(covariance))

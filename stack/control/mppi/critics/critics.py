@@ -186,7 +186,9 @@ def path_follow(data: CriticData, rollouts: Rollouts) -> None:
     """Distance from the end to a path point slightly beyond the furthest reached one."""
     p = data.parameters
     if p.path_follow_weight and not data.near_goal:
-        data.kernels.end_distance(rollouts.poses, *aim(data), rollouts.term)
+        x, y = np.array(aim(data), np.float32)
+        dx, dy = rollouts.poses[0, -1] - x, rollouts.poses[1, -1] - y
+        np.sqrt(dx * dx + dy * dy, out=rollouts.term)
         data.add(rollouts, rollouts.term, p.path_follow_weight, p.path_follow_power)
 
 
@@ -204,7 +206,8 @@ def prefer_forward(data: CriticData, rollouts: Rollouts) -> None:
     """Distance driven backward, metres."""
     p = data.parameters
     if p.prefer_forward_weight and p.reverse_speed:
-        data.kernels.driven_backward(rollouts.velocities, p.time_step, rollouts.term)
+        backward = np.maximum(-rollouts.velocities[0], np.float32(0.0))
+        np.sum(backward * np.float32(p.time_step), axis=0, out=rollouts.term)
         data.add(rollouts, rollouts.term, p.prefer_forward_weight, p.prefer_forward_power)
 
 

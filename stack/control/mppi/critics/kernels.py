@@ -365,16 +365,6 @@ def path_alignment(
 
 
 @njit(cache=True, nogil=True)
-def end_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
-    """Write the distance from a rollout's end to a point, metres, to term (batch,)."""
-    _, steps, batch = poses.shape
-    px, py = np.float32(x), np.float32(y)
-    for b in range(batch):
-        dx, dy = poses[0, steps - 1, b] - px, poses[1, steps - 1, b] - py
-        term[b] = np.sqrt(dx * dx + dy * dy)
-
-
-@njit(cache=True, nogil=True)
 def end_bearing(poses: Array32, x: float, y: float, term: Array32) -> None:
     """Write the angle from a rollout's final heading to a point, radians, to term (batch,)."""
     _, steps, batch = poses.shape
@@ -385,23 +375,9 @@ def end_bearing(poses: Array32, x: float, y: float, term: Array32) -> None:
         term[b] = abs(np.arctan2(c * dy - s * dx, c * dx + s * dy))
 
 
-@njit(cache=True, nogil=True)
-def driven_backward(velocities: Array32, step: float, term: Array32) -> None:
-    """Write the distance driven backward, metres, to term (batch,)."""
-    _, steps, batch = velocities.shape
-    seconds = np.float32(step)
-    for b in range(batch):
-        term[b] = ZERO
-    for t in range(steps):
-        for b in range(batch):
-            term[b] += max(-velocities[0, t, b], ZERO) * seconds
-
-
 CRITICS = (
     (add, (f4[::1], f4[::1], f8, i8)),
-    (driven_backward, (f4[:, :, ::1], f8, f4[::1])),
     (end_bearing, (f4[:, :, ::1], f8, f8, f4[::1])),
-    (end_distance, (f4[:, :, ::1], f8, f8, f4[::1])),
     (furthest_reached, (f4[:, :, ::1], i8[::1], f4[:, ::1])),
     (mean_distance, (f4[:, :, ::1], f8, f8, f4[::1])),
     (mean_turn, (f4[:, :, ::1], f8, f4[::1])),
