@@ -1,8 +1,7 @@
 """`treepilot tell`: sends commands to a running mission."""
 
 from collections.abc import Callable
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -50,15 +49,6 @@ Wait = Annotated[bool, typer.Option("--wait", help="return when it has ended; ex
 NodeArgument = Annotated[
     str, typer.Argument(metavar="NODE", help="number, name, path or file:line")
 ]
-
-
-class Outcome(StrEnum):
-    """Outcomes that can be forced on a node."""
-
-    SUCCESS = "success"
-    FAILURE = "failure"
-    OFF = "off"
-    DUE = "due"
 
 
 @tell_app.callback()
@@ -153,14 +143,14 @@ def force(
     context: typer.Context,
     node: NodeArgument,
     outcome: Annotated[
-        Outcome,
+        Literal["success", "failure", "off", "due"],
         typer.Argument(metavar="OUTCOME", help="success | failure | off | due (fires an event)"),
     ],
     code: Annotated[str, typer.Option(help="failure code, e.g. NO_VALID_PATH")] = "",
 ) -> None:
     """Skip a node and return success or failure instead."""
     given = {"code": code} if code else {}
-    _send(context, "force", node=node, status=outcome.value, **given)
+    _send(context, "force", node=node, status=outcome, **given)
 
 
 @tell_app.command("drop_box", context_settings=MINUS)
