@@ -66,7 +66,7 @@ def goal(context: typer.Context, pose: PoseArgument, wait: Wait = False) -> None
     """Pause the mission and drive to a place or pose; `resume` continues the mission."""
     from missions.execution.client.telling import go
 
-    _answer(lambda: go(context.obj, pose, wait=wait))
+    _ask(context, lambda robot: go(robot, pose, wait=wait))
 
 
 @tell_app.command(context_settings=MINUS)
@@ -85,7 +85,7 @@ def set_(
     """Change a parameter; `treepilot parameters` lists them."""
     from missions.execution.client.telling import change
 
-    _answer(lambda: change(context.obj, assignment))
+    _ask(context, lambda robot: change(robot, assignment))
 
 
 @tell_app.command()
@@ -109,7 +109,7 @@ def behaviour(
     """Pause the mission and carry out one behaviour; `resume` continues the mission."""
     from missions.execution.client.telling import carry_out
 
-    _answer(lambda: carry_out(context.obj, name, ports or [], wait=wait))
+    _ask(context, lambda robot: carry_out(robot, name, ports or [], wait=wait))
 
 
 @tell_app.command()
@@ -257,7 +257,7 @@ def _add(kind: str, sentence: str, name: str = "", **arguments: Any) -> None:
         _send(context, kind, **arguments)
 
 
-def _ask(context: typer.Context, act: "Callable[[Connection], None]") -> None:
+def _ask(context: typer.Context, act: "Callable[[Connection], str | None]") -> None:
     from missions.execution.client.telling import ask
 
     _answer(lambda: ask(context.obj, act))
