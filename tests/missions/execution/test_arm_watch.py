@@ -91,4 +91,5 @@ def test_the_motion_fails_when_its_goal_stays_occupied(tmp_path, monkeypatch):
     )
     assert done.report.status == "failure" and not done.contacts
     assert "NO_MOTION_PLAN at the goal: panda_" in done.report.reason
+    assert 6.0 <= done.report.simulated_seconds < 20.0  # 1 s, the wait of 5 s, and less than 30 s
     assert done.report.reason.endswith("something that the cameras see, for 5 s")
