@@ -6,17 +6,15 @@ from collections import deque
 
 from stack.types import Pose2D, wrap_angle
 
+MEMORY = 3.0
+"""Length of the history, seconds."""
+
 
 class OdometryTrail:
-    """Odometry poses of the last seconds, recorded once per tick.
+    """Odometry poses of the last seconds, recorded once per tick."""
 
-    Args:
-        memory: length of the history, seconds.
-    """
-
-    def __init__(self, memory: float = 3.0) -> None:
+    def __init__(self) -> None:
         self.distance = 0.0
-        self._memory = memory
         self._poses: deque[tuple[float, Pose2D]] = deque()
 
     def record(self, time: float, pose: Pose2D) -> None:
@@ -24,7 +22,7 @@ class OdometryTrail:
         if self._poses:
             self.distance += pose.distance_to(self._poses[-1][1])
         self._poses.append((time, pose))
-        while time - self._poses[0][0] > self._memory:
+        while time - self._poses[0][0] > MEMORY:
             self._poses.popleft()
 
     def at(self, stamp: float) -> Pose2D:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from time import monotonic  # noqa: TID251 - the link's clock
 from typing import Any
@@ -88,26 +88,25 @@ class Heard:
             yield f"{self.missed} messages lost on the way, {self.refused} damaged or unknown"
 
 
-def listen(address: str, seconds: float, clock: Callable[[], float] = monotonic) -> Heard:
+def listen(address: str, seconds: float) -> Heard:
     """Listen on an address; send heartbeats, so that those who answer only callers are heard.
 
     Args:
         address: as stack.mavlink.address reads it.
         seconds: of listening.
-        clock: returns seconds.
 
     Raises:
         InputError: the address is wrong or cannot be opened.
     """
     read = read_address(address)
     try:
-        link = Link(read, system=OWN_SYSTEM, component=OWN_COMPONENT, clock=clock)
+        link = Link(read, system=OWN_SYSTEM, component=OWN_COMPONENT, clock=monotonic)
     except OSError as error:
         raise InputError(opening_problem(read, error)) from None
     found: dict[tuple[int, int], Component] = {}
-    began, beat = clock(), 0.0
+    began, beat = monotonic(), 0.0
     try:
-        while (now := clock()) < began + seconds:
+        while (now := monotonic()) < began + seconds:
             if now >= beat:
                 beat = now + 1.0
                 link.send(

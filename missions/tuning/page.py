@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from typing import TYPE_CHECKING
 
-from missions.inspection.page.style import STYLE
+from missions.inspection.page.words import (
+    cell,
+    dim,
+    document,
+    numeric,
+    safe,
+    scroll,
+    section,
+    table,
+)
 from missions.tuning.objectives import Objective
 from missions.tuning.scoring import Score, best_first
-from stack.types.printable import printable
 
 if TYPE_CHECKING:
     from missions.tuning.tuning import TuningResult
@@ -38,22 +45,12 @@ def page_of(tuned: TuningResult, verdict: Sequence[str]) -> str:
     title = f"tuning of {tuned.plan.mission.source.stem}"
     chart = _front(tuned) if len(tuned.objectives) > 1 else _history(tuned)
     parts = [
-        f'<h1>{_safe(title)}</h1><p class="lead">{_safe(verdict[0])}</p>',
-        *(f"<p>{_safe(line)}</p>" for line in verdict[1:]), chart,
-        _section("Importance", _importance(tuned)),
-        _section("Seeds held out", _held_out(tuned)), _section("Settings", _settings(tuned)),
+        f'<h1>{safe(title)}</h1><p class="lead">{safe(verdict[0])}</p>',
+        *(f"<p>{safe(line)}</p>" for line in verdict[1:]), chart,
+        section("Importance", _importance(tuned)),
+        section("Seeds held out", _held_out(tuned)), section("Settings", _settings(tuned)),
     ]  # fmt: skip
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{_safe(title)}</title><style>{STYLE}{OWN_STYLE}</style></head><body>"
-        + "\n".join(parts)
-        + "</body></html>\n"
-    )
-
-
-def _section(title: str, content: str) -> str:
-    return f"<h2>{title}</h2>{content}" if content else ""
+    return document(title, parts, OWN_STYLE)
 
 
 def _front(tuned: TuningResult) -> str:
@@ -121,9 +118,9 @@ def _chart(caption: str, points: Sequence[Point], line: Sequence[tuple[float, fl
         px, py = at(x, y)
         parts.append(
             f'<circle cx="{px:.1f}" cy="{py:.1f}" r="{7 if mark == "before" else 4}" '
-            f'class="{mark}"><title>{_safe(words)}</title></circle>'
+            f'class="{mark}"><title>{safe(words)}</title></circle>'
         )
-    heading = _safe(caption)
+    heading = safe(caption)
     return (
         f'<figure class="plot"><figcaption>{heading}</figcaption>'
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{heading}">'
@@ -141,17 +138,13 @@ def _tick(x: float, y: float, words: str, right: float, down: float) -> str:
 def _importance(tuned: TuningResult) -> str:
     if not any(tuned.importances):
         return ""
-    heads = "".join(f"<th>{_safe(_named(one))}</th>" for one in tuned.objectives)
-    lines = "".join(
-        f"<tr><td>{_safe(factor.name)}</td>"
-        + "".join(f'<td class="number">{one.get(factor.name, 0.0):.0%}</td>'
-                  for one in tuned.importances)
-        + "</tr>"
+    rows = (
+        [cell(factor.name),
+         *(numeric(f"{one.get(factor.name, 0.0):.0%}") for one in tuned.importances)]
         for factor in tuned.factors
     )  # fmt: skip
-    return (
-        f'<table><tr class="head"><th>parameter</th>{heads}</tr>{lines}</table><p class="dim">How '
-        "much it matters for being among the best tenth of the settings (PED-ANOVA).</p>"
+    return table(["parameter", *map(_named, tuned.objectives)], rows) + dim(
+        "How much it matters for being among the best tenth of the settings (PED-ANOVA)."
     )
 
 
@@ -160,50 +153,33 @@ def _held_out(tuned: TuningResult) -> str:
     if not tuned.held_out:
         return ""
     searched = {tuple(score.settings.items()): score for score in tuned.scores}
-    heads = "".join(f"<th>{_safe(_named(one))}</th><th>held out</th>" for one in tuned.objectives)
-    lines = ""
+    rows = []
     for score in tuned.held_out:
         before = searched[tuple(score.settings.items())]
-        cells = [
+        words = " ".join(f"{name}={text}" for name, text in score.settings.items())
+        means = (
             f"{one.mean(number):.4g}"
             for number in range(len(tuned.objectives)) for one in (before, score)
-        ]  # fmt: skip
-        cells.append(f"{before.successes}/{before.seeds}, {score.successes}/{score.seeds}")
-        words = " ".join(f"{name}={text}" for name, text in score.settings.items())
-        numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-        lines += f"<tr><td>{_safe(words or 'unchanged mission')}</td>{numbers}</tr>"
-    return (
-        f'<table><tr class="head"><th>settings</th>{heads}<th>success</th></tr>{lines}</table>'
-        '<p class="dim">Settings that are much better on the seeds of the search than on those '
-        "held out fit the seeds, not the task.</p>"
+        )  # fmt: skip
+        counts = f"{before.successes}/{before.seeds}, {score.successes}/{score.seeds}"
+        rows.append([cell(words or "unchanged mission"), *map(numeric, (*means, counts))])
+    heads = [head for one in tuned.objectives for head in (_named(one), "held out")]
+    return table(["settings", *heads, "success"], rows) + dim(
+        "Settings that are much better on the seeds of the search than on those held out fit the "
+        "seeds, not the task."
     )
 
 
 def _settings(tuned: TuningResult) -> str:
-    ranked = best_first(tuned.scores, tuned.objectives)[:MOST_SHOWN]
-    heads = "".join(f"<th>{_safe(_named(one))}</th>" for one in tuned.objectives)
-    names = "".join(f"<th>{_safe(factor.name)}</th>" for factor in tuned.factors)
-    lines = ""
-    for score in ranked:
+    rows = []
+    for score in best_first(tuned.scores, tuned.objectives)[:MOST_SHOWN]:
         values = (f"{score.mean(number):.4g}" for number in range(len(tuned.objectives)))
-        cells = "".join(
-            f'<td class="number">{cell}</td>'
-            for cell in (*values, f"{score.successes}/{score.seeds}")
-        )
-        texts = "".join(
-            f"<td>{_safe(score.settings.get(factor.name, 'unchanged'))}</td>"
-            for factor in tuned.factors
-        )
-        lines += f"<tr>{cells}{texts}</tr>"
-    return (
-        '<div class="scroll"><table><tr class="head">'
-        f"{heads}<th>success</th>{names}</tr>{lines}</table></div>"
-    )
+        texts = (score.settings.get(factor.name, "unchanged") for factor in tuned.factors)
+        counts = f"{score.successes}/{score.seeds}"
+        rows.append([*map(numeric, (*values, counts)), *map(cell, texts)])
+    names = [factor.name for factor in tuned.factors]
+    return scroll(table([*map(_named, tuned.objectives), "success", *names], rows))
 
 
 def _named(objective: Objective) -> str:
     return f"{objective.name} {objective.unit}".strip()
-
-
-def _safe(words: str) -> str:
-    return escape(printable(words))

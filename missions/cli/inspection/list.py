@@ -1,34 +1,21 @@
 """`treepilot list` and `treepilot describe`: what missions can use."""
 
-from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 import typer
 
 from missions.cli.arguments import PluginsOf
 
-
-class Kind(StrEnum):
-    """Kinds of things that can be listed."""
-
-    BEHAVIOURS = "behaviours"
-    NODES = "nodes"
-    MODIFIERS = "modifiers"
-    ROBOTS = "robots"
-    WORLDS = "worlds"
-    MISSIONS = "missions"
-    PLANNERS = "planners"
-    CONTROLLERS = "controllers"
-    GOAL_CHECKERS = "goal_checkers"
-    PROGRESS_CHECKERS = "progress_checkers"
-    ESTIMATORS = "estimators"
-    ODOMETRY = "odometry"
-    LAYERS = "layers"
-    FAULTS = "faults"
+Kind = Literal[
+    "behaviours", "nodes", "modifiers", "robots", "worlds", "missions", "planners", "controllers",
+    "goal_checkers", "progress_checkers", "estimators", "odometry", "layers", "faults",
+]  # fmt: skip
 
 
 def list_(
-    kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"one of: {', '.join(Kind)}")],
+    kind: Annotated[
+        Kind, typer.Argument(metavar="KIND", help=f"one of: {', '.join(get_args(Kind))}")
+    ],
     mission: PluginsOf = None,
 ) -> None:
     """List behaviours, nodes, robots, worlds, components or faults.
@@ -43,7 +30,7 @@ def list_(
     known = installed(mission)
     for problem in known.problems:
         typer.echo(f"not available: {problem}", err=True)
-    for line in columns(rows_of(kind.value, known)):
+    for line in columns(rows_of(kind, known)):
         typer.echo(line)
 
 

@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -16,49 +16,10 @@ from missions.cli.arguments import (
 )
 
 
-class Camera(StrEnum):
-    """When the simulated camera renders."""
-
-    ASKED = "asked"
-    ON = "on"
-    OFF = "off"
-
-
-class Renderer(StrEnum):
-    """What draws the pictures of simulated cameras."""
-
-    TINY = "tiny"
-    GL = "gl"
-    AUTO = "auto"
-
-
 class Record(StrEnum):
-    """What can be recorded besides events."""
+    """What can be recorded besides events; typer reads no list of `Literal`."""
 
     SENSORS = "sensors"
-
-
-class FirstItem(StrEnum):
-    """Whether the first item of a MAVLink plan is home."""
-
-    AUTO = "auto"
-    ALWAYS = "always"
-    NEVER = "never"
-
-
-class OnLostRecords(StrEnum):
-    """What to do when a record cannot be written."""
-
-    CONTINUE = "continue"
-    STOP = "stop"
-
-
-class OnHangup(StrEnum):
-    """What happens when the terminal is closed."""
-
-    CONTINUE = "continue"
-    STOP = "stop"
-    ABORT = "abort"
 
 
 def run(  # noqa: PLR0913 - each is an option of the command
@@ -118,12 +79,12 @@ def run(  # noqa: PLR0913 - each is an option of the command
         ),
     ] = None,
     mavlink_home: Annotated[
-        FirstItem,
+        Literal["auto", "always", "never"],
         typer.Option(
             help="whether the first item of an uploaded plan is home: auto, if it is a waypoint of"
             " absolute altitude, as MAVProxy and QGroundControl write it"
         ),
-    ] = FirstItem.AUTO,
+    ] = "auto",
     origin: Annotated[
         str | None,
         typer.Option(
@@ -141,11 +102,11 @@ def run(  # noqa: PLR0913 - each is an option of the command
             " usual is 8765",
         ),
     ] = None,
-    camera: Annotated[Camera, typer.Option(help="render on request, always or never")] = (
-        Camera.ASKED
-    ),
+    camera: Annotated[
+        Literal["asked", "on", "off"], typer.Option(help="render on request, always or never")
+    ] = "asked",
     renderer: Annotated[
-        Renderer | None,
+        Literal["tiny", "gl", "auto"] | None,
         typer.Option(help="what draws camera pictures [default: that of the robot file]"),
     ] = None,
     watch: Annotated[
@@ -184,14 +145,14 @@ def run(  # noqa: PLR0913 - each is an option of the command
         ),
     ] = "",
     on_lost_records: Annotated[
-        OnLostRecords,
+        Literal["continue", "stop"],
         typer.Option(
             help="when a record cannot be written, e.g. on a full disk: continue the mission, or"
             " stop it; the exit code is 3"
         ),
-    ] = OnLostRecords.CONTINUE,
+    ] = "continue",
     on_hangup: Annotated[
-        OnHangup | None,
+        Literal["continue", "stop", "abort"] | None,
         typer.Option(
             help="when the terminal is closed: continue the mission, stop the robot (pause), or"
             " abort [default: continue in a simulation, stop a real robot]"
@@ -239,20 +200,20 @@ def run(  # noqa: PLR0913 - each is an option of the command
     without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
     options = RunOptions(
         seed=seed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
-        out=out, mavlink=mavlink, mavlink_key=mavlink_key, mavlink_home=mavlink_home.value,
-        origin=origin, foxglove=foxglove, camera=camera.value, watch=watch,
-        renderer=renderer.value if renderer else "",
+        out=out, mavlink=mavlink, mavlink_key=mavlink_key, mavlink_home=mavlink_home,
+        origin=origin, foxglove=foxglove, camera=camera, watch=watch,
+        renderer=renderer or "",
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),
         parameters=assignments(parameter or [], "--parameter"),
         body=body, replay=replay,
         record=tuple(item.value for item in record or ()),
-        on_lost_records=on_lost_records.value, forget_kept=forget_kept,
+        on_lost_records=on_lost_records, forget_kept=forget_kept,
         skip_preflight=skip_preflight, faults=faults,
     )  # fmt: skip
     launched = LaunchOptions(
         tuple(missions), options, headless=without_dashboard, json=json, speed=speed,
-        on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout, view=view,
+        on_hangup=on_hangup or "", hang_timeout=hang_timeout, view=view,
     )  # fmt: skip
     if foxglove is not None:
         typer.echo(f"in Foxglove: Open connection, ws://127.0.0.1:{foxglove}", err=True)

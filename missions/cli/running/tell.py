@@ -1,8 +1,7 @@
 """`treepilot tell`: sends commands to a running mission."""
 
 from collections.abc import Callable
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -52,15 +51,6 @@ NodeArgument = Annotated[
 ]
 
 
-class Outcome(StrEnum):
-    """Outcomes that can be forced on a node."""
-
-    SUCCESS = "success"
-    FAILURE = "failure"
-    OFF = "off"
-    DUE = "due"
-
-
 @tell_app.callback()
 def _tell(
     context: typer.Context,
@@ -76,7 +66,7 @@ def goal(context: typer.Context, pose: PoseArgument, wait: Wait = False) -> None
     """Pause the mission and drive to a place or pose; `resume` continues the mission."""
     from missions.execution.client.telling import go
 
-    _answer(lambda: go(context.obj, pose, wait=wait))
+    _ask(context, lambda robot: go(robot, pose, wait=wait))
 
 
 @tell_app.command(context_settings=MINUS)
@@ -95,7 +85,7 @@ def set_(
     """Change a parameter; `treepilot parameters` lists them."""
     from missions.execution.client.telling import change
 
-    _answer(lambda: change(context.obj, assignment))
+    _ask(context, lambda robot: change(robot, assignment))
 
 
 @tell_app.command()
@@ -119,7 +109,7 @@ def behaviour(
     """Pause the mission and carry out one behaviour; `resume` continues the mission."""
     from missions.execution.client.telling import carry_out
 
-    _answer(lambda: carry_out(context.obj, name, ports or [], wait=wait))
+    _ask(context, lambda robot: carry_out(robot, name, ports or [], wait=wait))
 
 
 @tell_app.command()
@@ -153,14 +143,14 @@ def force(
     context: typer.Context,
     node: NodeArgument,
     outcome: Annotated[
-        Outcome,
+        Literal["success", "failure", "off", "due"],
         typer.Argument(metavar="OUTCOME", help="success | failure | off | due (fires an event)"),
     ],
     code: Annotated[str, typer.Option(help="failure code, e.g. NO_VALID_PATH")] = "",
 ) -> None:
     """Skip a node and return success or failure instead."""
     given = {"code": code} if code else {}
-    _send(context, "force", node=node, status=outcome.value, **given)
+    _send(context, "force", node=node, status=outcome, **given)
 
 
 @tell_app.command("drop_box", context_settings=MINUS)
@@ -267,7 +257,7 @@ def _add(kind: str, sentence: str, name: str = "", **arguments: Any) -> None:
         _send(context, kind, **arguments)
 
 
-def _ask(context: typer.Context, act: "Callable[[Connection], None]") -> None:
+def _ask(context: typer.Context, act: "Callable[[Connection], str | None]") -> None:
     from missions.execution.client.telling import ask
 
     _answer(lambda: ask(context.obj, act))

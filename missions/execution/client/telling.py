@@ -6,12 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from typing import Any
 
-from missions.execution.client.connection import Connection
-from missions.execution.client.conversation import ANSWER_TIMEOUT
+from missions.execution.client import Connection, connect
 from stack.documents.reader import value_of
 from stack.errors import InputError
 from stack.telemetry.records import Snapshot, TreeRow
-from stack.telemetry.rendezvous import find_run
 from stack.telemetry.tree_text import STATUS_GLYPH, depths
 
 
@@ -28,68 +26,58 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
         TelemetryError: the run does not exist or does not answer.
     """
     # Not in a `with` statement: an engine that shows nothing to more clients still stops.
-    with closing(Connection(find_run(run), ANSWER_TIMEOUT)) as robot:
+    with closing(connect(run)) as robot:
         return robot.command(kind, **arguments)
 
 
-def go(run: str, goal: str, *, wait: bool) -> str:
-    """Let the robot of a run drive to a place or `x,y,heading`; return what it does.
+def ask(run: str, act: Callable[[Connection], str | None]) -> str:
+    """Do something with the robot of a run; return what `act` says of it.
 
     Raises:
-        CommandRefused: the engine refused the goal.
-        InputError: there is no such place, or a number is wrong.
-        NavigationError: the drive failed; only when waiting.
-        TelemetryError: the run does not exist or does not answer.
+        CommandRefused: the engine refused it.
+        TelemetryError: the run does not exist or does not answer. Others: those of `act`.
     """
-    with Connection(find_run(run), ANSWER_TIMEOUT) as robot:
-        robot.goto(goal, wait=wait)
+    with connect(run) as robot:
+        return act(robot) or "done"
+
+
+def go(robot: Connection, goal: str, *, wait: bool) -> str:
+    """Let a robot drive to a place or `x,y,heading`; return what it does. Errors: `goto`."""
+    robot.goto(goal, wait=wait)
     return "at the goal" if wait else f"the mission is paused; the robot drives to {goal}"
 
 
-def ask(run: str, act: Callable[[Connection], None]) -> str:
-    """Do something with the robot of a run; errors as for `go`, of `act`, and ParameterError."""
-    with Connection(find_run(run), ANSWER_TIMEOUT) as robot:
-        act(robot)
-    return "done"
-
-
-def change(run: str, assignment: str) -> str:
+def change(robot: Connection, assignment: str) -> str:
     """Set a parameter of a run, written NAME=VALUE; return its new value.
 
     Raises:
         InputError: it is not NAME=VALUE.
         CommandRefused: there is no such parameter, or the value is wrong.
-        TelemetryError: the run does not exist or does not answer.
     """
     name, equals, value = (part.strip() for part in assignment.partition("="))
     if not (name and equals and value):
         raise InputError(f"{assignment}: expected NAME=VALUE: controller.cruise_speed=30cm/s")
-    with Connection(find_run(run), ANSWER_TIMEOUT) as robot:
-        robot.set_parameter(name, value_of(value))
-        return f"{name} is {robot.parameters[name]}"
+    robot.set_parameter(name, value_of(value))
+    return f"{name} is {robot.parameters[name]}"
 
 
-def carry_out(run: str, behaviour: str, ports: list[str], *, wait: bool) -> str:
-    """Let the robot of a run carry out a behaviour; its ports are written NAME=VALUE.
+def carry_out(robot: Connection, behaviour: str, ports: list[str], *, wait: bool) -> str:
+    """Let a robot carry out a behaviour, with ports written NAME=VALUE. Errors: `run_behaviour`.
 
     Raises:
         InputError: a port is not NAME=VALUE.
-        CommandRefused: there is no such behaviour, a port is wrong, or the robot lacks something.
-        NavigationError: it failed; only when waiting.
-        TelemetryError: the run does not exist or does not answer.
     """
     for port in ports:
         if "=" not in port:
             raise InputError(f"{port}: expected NAME=VALUE, such as angle=90deg")
     given = {name.strip(): value for name, _, value in (port.partition("=") for port in ports)}
-    with Connection(find_run(run), ANSWER_TIMEOUT) as robot:
-        robot.run_behaviour(behaviour, given, wait=wait)
+    robot.run_behaviour(behaviour, given, wait=wait)
     return "done" if wait else f"the mission is paused; the robot carries out {behaviour}"
 
 
 def status_lines(run: str) -> list[str]:
     """Return the state of a run: one line for the mission, then one per node with its number."""
-    with Connection(find_run(run), ANSWER_TIMEOUT) as robot:
+    with connect(run) as robot:
         snapshot = robot.snapshot
     reason = f": {snapshot.reason}" if snapshot.reason else ""
     return [f"{snapshot.state}{reason}, {snapshot.time:.1f} s", *_node_lines(snapshot)]

@@ -18,9 +18,8 @@ from missions.inspection.page.failed_nodes import FailedNode
 from missions.inspection.page.map_figure import map_figure
 from missions.inspection.page.plots import plot
 from missions.inspection.page.story import Story
-from missions.inspection.page.style import STYLE
 from missions.inspection.page.timeline import timeline
-from missions.inspection.page.words import prose, safe
+from missions.inspection.page.words import document, prose, safe
 from stack.runtime.holdups import held_seconds
 from stack.telemetry.records import ROUTINE, Event
 
@@ -84,13 +83,7 @@ def page_of(stories: Sequence[Story]) -> str:
     parts.append("<h2>What else happened</h2>" + _side_by_side(told, _events))
     parts.append("<h2>Over time</h2>" + _plots(stories))
     parts.append("<h2>Settings and versions</h2>" + _side_by_side(told, _settings))
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{safe(_title(told))}</title><style>{STYLE}</style></head><body>"
-        + "\n".join(parts)
-        + "</body></html>\n"
-    )
+    return document(_title(told), parts)
 
 
 def _title(told: Sequence[Told]) -> str:

@@ -15,7 +15,6 @@ from stack.telemetry.records import MissionState
 from stack.telemetry.sensor_log import read_observations
 from stack.types import GripperState, JointState
 from tests.missions.execution.arm_leaves import STEP
-from tests.missions.execution.live_run import LiveRun
 
 HEAD = "mission: arm\nrobot: panda_table\nworld: bench_top\nplugins: [./arm_leaves.py]\n"
 SWING = "run: {swing_arm: {}}\n"
@@ -35,16 +34,8 @@ def folder(tmp_path):
 
 
 @pytest.fixture
-def live(folder):
-    made = []
-
-    def start(text, make_body=None):
-        made.append(LiveRun(folder, text, head=HEAD, make_body=make_body))
-        return made[-1]
-
-    yield start
-    for run in made:
-        run.close()
+def live(folder, live_run):
+    return lambda text, make_body=None: live_run(folder, text, head=HEAD, make_body=make_body)
 
 
 def mission(folder, text, head=HEAD):

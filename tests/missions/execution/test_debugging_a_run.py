@@ -3,7 +3,6 @@
 import pytest
 
 from stack.telemetry.records import MissionState
-from tests.missions.execution.live_run import LiveRun
 
 MISSION = """
     run:
@@ -20,10 +19,8 @@ MISSION = """
 
 
 @pytest.fixture
-def run(tmp_path):
-    live = LiveRun(tmp_path, MISSION, breakpoints=("second",))
-    yield live
-    live.close()
+def run(tmp_path, live_run):
+    return live_run(tmp_path, MISSION, breakpoints=("second",))
 
 
 def test_the_robot_and_its_clock_stand_at_a_breakpoint(run):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stack.telemetry.records import MissionState
-from tests.missions.execution.live_run import HEAD, LiveRun
+from tests.missions.execution.live_run import HEAD
 
 MISSION = """
 places: {desk: [2.0, 1.0, 0]}
@@ -16,11 +16,10 @@ run:
 
 
 @pytest.fixture
-def run(tmp_path):
-    made = LiveRun(tmp_path / "m", MISSION)
+def run(tmp_path, live_run):
+    made = live_run(tmp_path / "m", MISSION)
     made.steps(4)
-    yield made
-    made.close()
+    return made
 
 
 def ends(run):
@@ -128,10 +127,9 @@ def test_what_cannot_be_run_is_refused_and_the_mission_goes_on(run, arguments, r
     assert run.runtime.state is MissionState.RUNNING
 
 
-def test_what_the_robot_lacks_is_refused(tmp_path):
-    run = LiveRun(tmp_path / "m", MISSION, HEAD.replace("scout", "scout_depth"))
+def test_what_the_robot_lacks_is_refused(tmp_path, live_run):
+    run = live_run(tmp_path / "m", MISSION, HEAD.replace("scout", "scout_depth"))
     run.steps(4)
     answer = run.order("behaviour", name="take_photo")
     assert not answer.done
     assert "needs: camera; scout_depth has none" in answer.reason
-    run.close()

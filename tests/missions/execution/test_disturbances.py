@@ -6,6 +6,7 @@ from math import hypot
 
 import pytest
 
+from robots.scripted import ScriptedBody
 from stack.telemetry.records import MissionState
 from tests.missions.execution.live_run import LiveRun
 
@@ -17,17 +18,13 @@ OFFICE = "mission: lively\nrobot: scout\nworld: office\n"
 
 
 @pytest.fixture
-def live(tmp_path):
-    made = []
-
+def live(tmp_path, live_run):
     def start(text: str = DRIVE, **more) -> LiveRun:
-        made.append(LiveRun(tmp_path / "m", text, **more))
-        made[-1].steps(20)
-        return made[-1]
+        run = live_run(tmp_path / "m", text, **more)
+        run.steps(20)
+        return run
 
-    yield start
-    for run in made:
-        run.close()
+    return start
 
 
 def test_a_box_before_the_robot_is_seen_and_driven_round(live):
@@ -125,12 +122,6 @@ def test_the_same_disturbances_in_the_same_steps_give_the_same_log(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["drop_box", "move_door", "push_robot"])
-def test_a_real_body_refuses(kind, tmp_path):
-    from robots.scripted import ScriptedBody
-
-    def make(setup):
-        return ScriptedBody(setup.robot)
-
-    run = LiveRun(tmp_path / "m", "run: {wait: 60 s}\n", make_body=make)
+def test_a_real_body_refuses(kind, live):
+    run = live("run: {wait: 60 s}\n", make_body=lambda setup: ScriptedBody(setup.robot))
     assert "only a simulated world" in run.order(kind).reason
-    run.close()

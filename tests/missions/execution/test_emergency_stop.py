@@ -6,7 +6,6 @@ import pytest
 
 from stack.telemetry.records import Command, MissionState
 from stack.types import STANDSTILL, Pose2D
-from tests.missions.execution.live_run import LiveRun
 
 DRIVE = """
 run:
@@ -27,16 +26,8 @@ run:
 
 
 @pytest.fixture
-def live(tmp_path):
-    made = []
-
-    def start(text: str) -> LiveRun:
-        made.append(LiveRun(tmp_path / "m", text))
-        return made[-1]
-
-    yield start
-    for run in made:
-        run.close()
+def live(tmp_path, live_run):
+    return lambda text: live_run(tmp_path / "m", text)
 
 
 def test_a_release_during_a_detour_does_not_move_the_robot(live):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from types import SimpleNamespace
 
 import numpy as np
@@ -58,24 +59,15 @@ class Faulty(ScriptedBody):
 
 
 @pytest.fixture
-def live(tmp_path):
-    made = []
+def live(tmp_path, live_run):
+    numbers = count()
 
     def start(fault: str, settings: str = "", text: str = DRIVE, **more) -> LiveRun:
         head = HEAD + (f"navigation: {{failsafe: {{{settings}}}}}\n" if settings else "")
-        made.append(
-            LiveRun(
-                tmp_path / f"m{len(made)}",
-                text,
-                head,
-                make_body=lambda setup: Faulty(setup, fault, **more),
-            )
-        )
-        return made[-1]
+        folder = tmp_path / f"m{next(numbers)}"
+        return live_run(folder, text, head, make_body=lambda setup: Faulty(setup, fault, **more))
 
-    yield start
-    for run in made:
-        run.close()
+    return start
 
 
 @pytest.mark.parametrize(

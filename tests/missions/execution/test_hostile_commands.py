@@ -106,11 +106,10 @@ def obey_mutations(run: LiveRun, count: int, seed: int) -> int:
 
 
 @pytest.fixture
-def run(tmp_path):
-    made = LiveRun(tmp_path / "m", MISSION)
+def run(tmp_path, live_run):
+    made = live_run(tmp_path / "m", MISSION)
     made.steps(4)
-    yield made
-    made.close()
+    return made
 
 
 def test_a_thousand_mutated_commands_change_nothing(run):
@@ -138,8 +137,8 @@ def test_poses_outside_the_map_are_refused(run):
     assert "is outside the map, which covers x " in run.kept.events[-1].text
 
 
-def test_without_a_map_a_far_pose_does_not_end_the_mission(tmp_path):
-    run = LiveRun(tmp_path / "m", MISSION, UNMAPPED)
+def test_without_a_map_a_far_pose_does_not_end_the_mission(tmp_path, live_run):
+    run = live_run(tmp_path / "m", MISSION, UNMAPPED)
     run.steps(4)
     far = {"x": 1e6, "y": -1e6, "heading": 3.0}
     assert run.order("set_pose", **far).done
@@ -147,7 +146,6 @@ def test_without_a_map_a_far_pose_does_not_end_the_mission(tmp_path):
     assert run.order("set_goal", **far | {"x": -1e6}).done
     run.steps(10)
     assert run.runtime.state is MissionState.PAUSED
-    run.close()
 
 
 def test_a_stop_with_a_malformed_reason_stops(run):

@@ -14,7 +14,6 @@ from stack.telemetry.records import MissionState
 from stack.types import Block, JointState, Pose2D
 from tests.benchmarks.fetching import run_once
 from tests.missions.execution.arm_leaves import STEP
-from tests.missions.execution.live_run import LiveRun
 
 HEAD = "mission: mobile\nrobot: fetcher\nworld: parts_store\nplugins: [./arm_leaves.py]\n"
 AHEAD = "{x: 7 m, y: 1.5 m, heading: 90 deg}"
@@ -27,19 +26,12 @@ def scripted(setup):
 
 
 @pytest.fixture
-def live(tmp_path):
-    made = []
+def live(tmp_path, live_run):
     folder = tmp_path / "m"
     folder.mkdir()
     shutil.copy(Path(__file__).with_name("arm_leaves.py"), folder)
 
-    def start(text, make_body=None):
-        made.append(LiveRun(folder, text, head=HEAD, make_body=make_body))
-        return made[-1]
-
-    yield start
-    for run in made:
-        run.close()
+    return lambda text, make_body=None: live_run(folder, text, head=HEAD, make_body=make_body)
 
 
 class Watch:

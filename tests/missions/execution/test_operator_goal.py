@@ -7,7 +7,6 @@ import pytest
 import missions
 from stack.telemetry.records import MissionState
 from stack.types import Pose2D
-from tests.missions.execution.live_run import LiveRun
 
 DRIVE = """
 run:
@@ -16,15 +15,14 @@ run:
 
 
 @pytest.fixture
-def run(tmp_path):
+def run(tmp_path, live_run):
     """The robot is on its way to a goal of the operator."""
-    made = LiveRun(tmp_path / "m", DRIVE)
+    made = live_run(tmp_path / "m", DRIVE)
     made.steps(40)
     assert made.order("set_goal", x=1.0, y=3.5, heading=2.0).done
     made.steps(30)
     assert made.snapshot.detour and made.speed > 0.1
-    yield made
-    made.close()
+    return made
 
 
 def test_a_pause_keeps_the_goal_and_resume_drives_on(run):
@@ -68,14 +66,13 @@ def test_a_debugger_s_step_continues_the_mission(run):
     assert run.runtime.state is MissionState.RUNNING and not run.snapshot.detour_held
 
 
-def test_a_robot_of_recorded_sensors_is_not_sent_anywhere(tmp_path):
+def test_a_robot_of_recorded_sensors_is_not_sent_anywhere(tmp_path, live_run):
     file = tmp_path / "m.yaml"
     file.write_text("mission: m\nrobot: scout\nworld: small_room\nrun: {wait: 2 s}\n")
     missions.run(file, out=tmp_path / "run", record=("sensors",), seed=1)
-    run = LiveRun(tmp_path / "r", DRIVE, replay=tmp_path / "run" / "sensors.mcap")
+    run = live_run(tmp_path / "r", DRIVE, replay=tmp_path / "run" / "sensors.mcap")
     run.steps(4)
     for kind, arguments in (("set_goal", {"x": 1.0, "y": 3.5, "heading": 2.0}), ("teleop", {})):
         answer = run.order(kind, **arguments)
         assert not answer.done and "plays recorded sensors" in answer.reason
     assert run.runtime.state is MissionState.RUNNING
-    run.close()

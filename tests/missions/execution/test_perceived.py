@@ -31,21 +31,18 @@ WALKER = TrackedObject(1, 5.0, (3.0, 1.0), (1.0, 0.0), 0.3, np.eye(4))
 
 
 @pytest.fixture
-def hall(tmp_path):
+def hall(tmp_path, live_run):
     (tmp_path / "hall.yaml").write_text(WORLD, "utf-8")
-    runs = []
 
     def begin(text: str) -> LiveRun:
-        runs.append(LiveRun(tmp_path, text, head=HEAD))
+        run = live_run(tmp_path, text, head=HEAD)
         for _ in range(200):
-            runs[-1].steps()
-            if runs[-1].runtime.perceived.world.tracks:
-                return runs[-1]
+            run.steps()
+            if run.runtime.perceived.world.tracks:
+                return run
         raise AssertionError("nobody was tracked within 10 s")
 
-    yield begin
-    for run in runs:
-        run.close()
+    return begin
 
 
 class Seen:

@@ -9,7 +9,6 @@ from robots.load import HERE
 from stack import optional_packages
 from stack.telemetry.records import MissionState
 from stack.types import JointState
-from tests.missions.execution.live_run import LiveRun
 from tests.stack.telemetry.rerun_recording import drawn, rows_by_entity
 
 HEAD = "mission: arm\nrobot: panda_table\nworld: bench_top\n"
@@ -18,16 +17,8 @@ RED = "{x: 50 cm, y: -10 cm, z: 25 mm}"
 
 
 @pytest.fixture
-def live(tmp_path):
-    made = []
-
-    def start(text):
-        made.append(LiveRun(tmp_path, text, head=HEAD))
-        return made[-1]
-
-    yield start
-    for run in made:
-        run.close()
+def live(tmp_path, live_run):
+    return lambda text, head=HEAD: live_run(tmp_path, text, head=head)
 
 
 def ended(run):
@@ -204,20 +195,16 @@ blocks:
 """Fingers of 40 N hold 2 * 0.1 * 40 N = 8 N by friction; the block weighs 9.8 N."""
 
 
-def test_a_slippery_block_is_reported_as_slipped(tmp_path):
+def test_a_slippery_block_is_reported_as_slipped(live, tmp_path):
     (tmp_path / "heavy.yaml").write_text(HEAVY)
     head = HEAD.replace("bench_top", "./heavy.yaml")
-    run = LiveRun(tmp_path, f"run: {{pick: {{at: {RED}}}}}\n", head=head)
-    try:
-        done, reason = ended(run)
-    finally:
-        run.close()
+    done, reason = ended(live(f"run: {{pick: {{at: {RED}}}}}\n", head))
     assert not done
     assert reason == "arm > pick: SLIPPED the red block was lost"
 
 
 @pytest.mark.slow
-def test_a_camera_that_is_mounted_beside_its_place_is_noticed_and_made_up_for(tmp_path):
+def test_a_camera_that_is_mounted_beside_its_place_is_noticed_and_made_up_for(live, tmp_path):
     """Both cameras on the mast are described 3 cm too far to the right: y is 3 cm too small."""
     text = (HERE / "panda_table" / "robot.yaml").read_text()
     moved = text.replace("[1.20, 0, 1.50]", "[1.20, -0.03, 1.50]")
@@ -229,13 +216,10 @@ def test_a_camera_that_is_mounted_beside_its_place_is_noticed_and_made_up_for(tm
         f"pick: {{colour: {colour}, spare: [the tray]}}, place: {{on: the tray}}]}}, "
         for colour in ("red", "green", "blue")
     )
-    run = LiveRun(tmp_path, f"run: {{sequence: [{picks}]}}\n", head=head)
-    try:
-        assert ended(run) == (True, "")
-        [notice] = [event for event in run.kept.events if event.kind == "calibration"]
-        red, green, blue = (block.position for block in run.engine.simulation.blocks)
-    finally:
-        run.close()
+    run = live(f"run: {{sequence: [{picks}]}}\n", head)
+    assert ended(run) == (True, "")
+    [notice] = [event for event in run.kept.events if event.kind == "calibration"]
+    red, green, blue = (block.position for block in run.engine.simulation.blocks)
     assert notice.level == "warning"
     assert notice.fields["offset"] == pytest.approx([0.0, 0.03, 0.0], abs=3e-3)
     assert "things are 3.0 cm beside where the camera shows them" in notice.text

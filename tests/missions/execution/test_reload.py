@@ -19,10 +19,8 @@ LONGER = DRIVE.replace("- say: done", "- say: done\n        - say: twice")
 
 
 @pytest.fixture
-def run(tmp_path):
-    live = LiveRun(tmp_path, DRIVE)
-    yield live
-    live.close()
+def run(tmp_path, live_run):
+    return live_run(tmp_path, DRIVE)
 
 
 def test_a_good_file_starts_from_its_root_once_the_robot_stands(run):
@@ -121,7 +119,7 @@ def test_a_file_saved_again_before_the_robot_stands_loses_nothing(run):
     assert run.texts("reload") == [reload.text]
 
 
-def test_includes_and_parameter_files_are_watched_too(tmp_path):
+def test_includes_and_parameter_files_are_watched_too(tmp_path, live_run):
     included = """
         trees:
           greet: {do: {say: hello}}
@@ -135,7 +133,7 @@ def test_includes_and_parameter_files_are_watched_too(tmp_path):
     folder.mkdir()
     (folder / "slow.yaml").write_text("controller: {cruise_speed: 0.4}\n")
     (folder / "trees.yaml").write_text("trees:\n  greet: {do: {say: hello}}\n")
-    run = LiveRun(folder, text)
+    run = live_run(folder, text)
     run.save(included.replace("hello", "hi there"), "trees.yaml")
     assert run.until("saved").fields["files"] == ["trees.yaml"]
     run.steps(2)
@@ -146,16 +144,14 @@ def test_includes_and_parameter_files_are_watched_too(tmp_path):
     assert "slow.yaml:1:" in run.until("finding").text
     run.until("mission_ended")
     assert run.texts("say") == ["hi there"]
-    run.close()
 
 
-def test_arguments_given_stay(tmp_path):
-    run = LiveRun(tmp_path, DRIVE, arguments={"goal": "[1.6, 1.0, 0]"})
+def test_arguments_given_stay(tmp_path, live_run):
+    run = live_run(tmp_path, DRIVE, arguments={"goal": "[1.6, 1.0, 0]"})
     run.steps(4)
     run.save(LONGER)
     run.until("mission_ended")
     assert abs(run.snapshot.pose.x - 1.6) < 0.3
-    run.close()
 
 
 def test_a_paused_mission_takes_the_file_and_stays_paused(run):

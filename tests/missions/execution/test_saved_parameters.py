@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missions.inspection.check import check_files
-from tests.missions.execution.live_run import HEAD, LiveRun
+from tests.missions.execution.live_run import HEAD
 from tui.tuning import parameter_file, parsed, shown_value
 
 CHANGES = {
@@ -19,8 +19,8 @@ def findings(mission):
     return [line for line in check_files([str(mission)]) if line.finding is not None]
 
 
-def test_a_saved_file_passes_the_check(tmp_path):
-    run = LiveRun(tmp_path / "m", "run: {wait: 5 s}\n")
+def test_a_saved_file_passes_the_check(tmp_path, live_run):
+    run = live_run(tmp_path / "m", "run: {wait: 5 s}\n")
     run.steps(2)
     table = {item.name: item for item in run.snapshot.layers["parameters"].content.parameters}
     for name, text in CHANGES.items():
@@ -37,15 +37,13 @@ def test_a_saved_file_passes_the_check(tmp_path):
     mission = tmp_path / "again.yaml"
     mission.write_text(HEAD + "parameters: [saved.yaml]\nrun: {wait: 1 s}\n")
     assert findings(mission) == []
-    run.close()
 
 
-def test_every_tunable_parameter_can_be_written_to_a_file(tmp_path):
+def test_every_tunable_parameter_can_be_written_to_a_file(tmp_path, live_run):
     """All of them with their present values: names and components exist in files too."""
-    run = LiveRun(tmp_path / "m", "run: {wait: 5 s}\n")
+    run = live_run(tmp_path / "m", "run: {wait: 5 s}\n")
     table = {item.name: item for item in run.snapshot.layers["parameters"].content.parameters}
     (tmp_path / "all.yaml").write_text(parameter_file(run.snapshot.parameters, table))
     mission = tmp_path / "again.yaml"
     mission.write_text(HEAD + "parameters: [all.yaml]\nrun: {wait: 1 s}\n")
     assert findings(mission) == []
-    run.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from threading import Event
 
 import pytest
@@ -40,16 +41,8 @@ def told(setup):
 
 
 @pytest.fixture
-def live(tmp_path):
-    made = []
-
-    def start(text: str, **options) -> LiveRun:
-        made.append(LiveRun(tmp_path / "m", text, make_body=told, watch=False, **options))
-        return made[-1]
-
-    yield start
-    for run in made:
-        run.close()
+def live(tmp_path, live_run):
+    return partial(live_run, tmp_path / "m", make_body=told, watch=False)
 
 
 def wait_and_stop(run: LiveRun) -> None:

@@ -21,20 +21,15 @@ SCOUT = Path(__file__).parents[3] / "robots/scout"
 
 
 @pytest.fixture
-def live(tmp_path):
-    made = []
-
+def live(tmp_path, live_run):
     def start(text: str, change=lambda robot: robot, **more) -> LiveRun:
         robot = change((SCOUT / "robot.yaml").read_text("utf-8"))
         (tmp_path / "robot.yaml").write_text(robot, "utf-8")
         (tmp_path / "scout.urdf").write_text((SCOUT / "scout.urdf").read_text("utf-8"), "utf-8")
         head = "mission: lively\nrobot: ../robot.yaml\nworld: small_room\n"
-        made.append(LiveRun(tmp_path / "m", text, head, **more))
-        return made[-1]
+        return live_run(tmp_path / "m", text, head, **more)
 
-    yield start
-    for run in made:
-        run.close()
+    return start
 
 
 def turning_error(run: LiveRun) -> float:
