@@ -1,11 +1,11 @@
-"""Driving to where rival poses differ, until one pose is left."""
+"""Driving to where rival poses differ, until one pose is left, before a drive or in the middle."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
 from stack.components import Estimator
-from stack.navigation.doubt import LocalisationMonitor, step_in_doubt
+from stack.navigation.doubt import LocalisationMonitor, other_places, step_in_doubt
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask
@@ -49,7 +49,11 @@ class Disambiguation(MotionExecutor):
         parameters: number of views, and time to look at each.
         drive: makes the drive to a goal that ignores ambiguity.
         monitor: holds the drives while the robot is lost.
-        then: drive of the same task that follows when one pose is left; None: the task ends.
+        then: drive of the same task, which stands while there are rivals that it cannot tell apart
+            on its way; None: the task ends when one pose is left.
+
+    Attributes:
+        drive: under way: to a view, or `then`; None while the robot looks.
     """
 
     while_lost = True
@@ -67,14 +71,20 @@ class Disambiguation(MotionExecutor):
         self._seen: list[Pose2D] = []
         self._estimate: PoseEstimate | None = None
         self._views = 0
-        self.drive: GoalDrive | None = None
+        self.drive = then
 
     def start(self, now: float) -> None:
         self._looking.start(now)
+        if self._then is not None:
+            self._then.start(now)
 
     def step(self, perceived: Perceived) -> Twist:
         if self._then is not None and self.drive is self._then:
-            return self._step(self._then, perceived)
+            if not other_places(self._then, perceived.estimate):
+                return self._step(self._then, perceived)
+            self._then.pause(perceived.time)
+            self.drive = None
+            self._looking.start(perceived.time)
         before, self._estimate = self._estimate, perceived.estimate
         jumped = before is not None and has_jumped(before, perceived.estimate)
         if not perceived.estimate.ambiguous:
@@ -101,19 +111,21 @@ class Disambiguation(MotionExecutor):
             self.drive.resume(now)
 
     def stop(self, now: float) -> None:
-        if self.drive is not None:
+        if self.drive is not None and self.drive is not self._then:
             self.drive.task.cancel("the search for a view is over")
             self.drive.stop(now)
+        if self._then is not None:
+            self._then.stop(now)
 
     def _resolved(self, perceived: Perceived, *, jumped: bool) -> Twist:
-        """End the task, or begin the drive for which one pose was needed."""
+        """End the task, or go on with the drive for which one pose was needed."""
         self._end_drive(perceived, jumped=jumped)
         pose = perceived.estimate.pose
         if self._then is None:
             self.task.succeed(f"at ({pose.x:.2f}, {pose.y:.2f}), no other place is left")
             return STANDSTILL
         self.drive = self._then
-        self.drive.start(perceived.time)
+        self.drive.resume(perceived.time)
         return self._step(self._then, perceived)
 
     def _step(self, drive: GoalDrive, perceived: Perceived) -> Twist:

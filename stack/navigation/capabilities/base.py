@@ -9,7 +9,6 @@ from stack.components import Estimator
 from stack.errors import NavigationError, ParameterError
 from stack.navigation.activities import Activities
 from stack.navigation.disambiguation import Disambiguation
-from stack.navigation.doubt import other_places
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.drive_tools import DriveTools
 from stack.navigation.escape.escape import EscapeGoal
@@ -101,9 +100,8 @@ class StackBase(Base):
         return task
 
     def _unless_ambiguous(self, drive: GoalDrive) -> MotionExecutor:
-        """Return a drive to a goal, preceded by disambiguation while there are rivals."""
-        before = self._parameters.ambiguous_goals == "disambiguate"
-        if before and other_places(drive, self._estimator.estimate):
+        """Return a drive to a goal that stands and tells rival poses apart while there are any."""
+        if self._parameters.ambiguous_goals == "disambiguate":
             return self._disambiguation(drive.task, drive)
         return drive
 

@@ -16,11 +16,11 @@ RIVAL = Pose2D(20.0, 3.0)
 class Rig:
     """A navigator in a room of 8 m x 6 m, and its estimator.
 
-    The rival goes once the robot is past `resolved_at`.
+    The rival comes once the robot is past `appears_at`, and goes once it is past `resolved_at`.
     """
 
-    def __init__(self, views, resolved_at=np.inf, rival=RIVAL, **settings):
-        self.rival = rival
+    def __init__(self, views, resolved_at=np.inf, rival=RIVAL, appears_at=0.0, **settings):
+        self.rival, self.appears_at, self.appeared = rival, appears_at, False
         self.world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
         self.views, self.avoided, self.health = list(views), [], 0.9
         self.resolved_at, self.resolved, self.shift = resolved_at, False, Pose2D(0.0, 0.0)
@@ -31,7 +31,9 @@ class Rig:
     @property
     def estimate(self):
         self.resolved |= self.world.pose.x >= self.resolved_at
-        rivals = () if self.resolved else (RivalPose(self.rival, 0.4),)
+        self.appeared |= self.world.pose.x >= self.appears_at
+        ambiguous = self.appeared and not self.resolved
+        rivals = (RivalPose(self.rival, 0.4),) if ambiguous else ()
         return PoseEstimate(
             self.shift.compose(self.world.pose),
             np.eye(3) * 1e-4,
@@ -132,6 +134,48 @@ def test_a_goal_waits_until_one_pose_is_left(make):
     assert rig.run(task) is TaskStatus.SUCCEEDED
     assert rig.world.pose.distance_to(Pose2D(5.0, 4.0)) < 0.3
     assert len(rig.avoided) == 1
+
+
+@pytest.mark.parametrize(("jump", "views"), [(0.0, 1), (0.8, 2)])
+def test_a_rival_that_comes_on_the_way_is_told_apart_there(make, jump, views):
+    """The estimate may move to the rival meanwhile; then another view is chosen."""
+    rig = make([ahead(1.0, left=1.0), ahead(1.0, left=-1.0)], appears_at=2.0, resolved_at=2.6)
+    goal = Pose2D(5.0, 3.0)
+    task = rig.navigator.base.navigate_to(goal)
+    while not rig.avoided:
+        rig.step()
+    assert 2.0 <= rig.world.pose.x < 2.6
+    for _ in range(20):
+        rig.step()
+    rig.shift = Pose2D(0.0, jump)
+    assert rig.run(task) is TaskStatus.SUCCEEDED
+    assert rig.estimate.pose.distance_to(goal) < 0.3
+    assert len(rig.avoided) == views
+
+
+def test_a_rival_that_stays_on_the_way_ends_the_drive(make):
+    rig = make([ahead(0.6)] * 5, appears_at=2.0)
+    rig.navigator.tools.configure(replace(rig.navigator.tools.parameters, view_attempts=2))
+    task = rig.navigator.base.navigate_to(Pose2D(6.0, 3.0))
+    assert rig.run(task) is TaskStatus.FAILED
+    assert "after 2 views; raise navigator.view_attempts" in task.failure.sentence
+    for _ in range(20):
+        rig.step()
+    assert rig.world.odometry.twist.stands and rig.navigator.path is None
+
+
+def test_a_pause_in_the_middle_of_a_view_holds_the_drive_behind_it(make):
+    rig = make([ahead(1.0, left=1.0)], appears_at=2.0, resolved_at=2.6)
+    task = rig.navigator.base.navigate_to(Pose2D(5.0, 3.0))
+    while not rig.avoided:
+        rig.step()
+    rig.navigator.pause(rig.world.time)
+    before = rig.world.pose
+    for _ in range(100):
+        rig.step()
+    assert rig.world.pose.distance_to(before) < 0.3
+    rig.navigator.resume(rig.world.time)
+    assert rig.run(task) is TaskStatus.SUCCEEDED
 
 
 def test_a_goal_is_refused_while_rivals_survive(make):

@@ -218,7 +218,7 @@ def test_a_robot_that_may_not_drive_by_odometry_stands(make):
 
 def test_a_drive_among_rivals_fails_at_once_although_the_robot_is_lost_too(make):
     """Waiting for the estimator is useless then: the mission is to tell them apart."""
-    toy = make()
+    toy = make(ambiguous_goals="refuse")
     task = toy.navigator.base.navigate_to(GOAL)
     toy.health, toy.rivals = 0.1, (RivalPose(Pose2D(5.0, 5.0), 0.2),)
     toy.step()

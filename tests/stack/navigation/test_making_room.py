@@ -38,7 +38,7 @@ def test_giving_way_ends_the_making_of_room(make):
     toy = make(ToyWorld(room(8, 6), robot(), Pose2D(3.0, 0.23, 0.0)))
     toy.navigator.base.navigate_to(Pose2D(4.0, 3.0))
     toy.step()
-    drive = toy.navigator.activities.current
+    drive = toy.navigator.activities.current.drive
     while not drive._making_room.is_driving:
         toy.step()
     drive._give_way.step = lambda *_: STANDSTILL

@@ -375,7 +375,7 @@ def test_who_stood_while_there_was_no_plan_has_stood_for_that_time():
     toy.run(4.0)
     toy.planner.fails = None
     toy.run(3.0, lambda: "plan" in toy.kinds())
-    standoff = toy.navigator.activities.current._follower.standoff
+    standoff = toy.navigator.activities.current.drive._follower.standoff
     # The first plan failed in the first half second.
     assert standoff.stood(toy.world.time) == pytest.approx(toy.world.time, abs=0.5)
 
