@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 from collections import Counter
 from functools import cache
@@ -32,6 +33,16 @@ def keep_bytecode() -> None:
         sys.dont_write_bytecode = False
 
 
+def heed_interrupts() -> None:
+    """Let SIGINT end the programs that tests start.
+
+    What a shell script starts in the background ignores it, and so would they.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+heed_interrupts()
 keep_bytecode()  # before tests are imported, and before pytest-xdist starts its processes
 
 
