@@ -102,6 +102,48 @@ def sense(
 
 
 @njit(cache=True, nogil=True)
+def clear_passed(
+    marked_at, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
+    ranges, angles, closed, range_max, clearing_range, width, oldest, top, bottom, left, right,
+):  # fmt: skip
+    """Clear marks before `oldest` in a box, if the beams on both sides reach beyond their cells.
+
+    The beams must be at most `width` metres apart there. Returns the box of the cleared cells.
+    """
+    beams = ranges.size
+    cleared_top, cleared_bottom, cleared_left, cleared_right = bottom, top - 1, right, left - 1
+    step = (angles[beams - 1] - angles[0]) / (beams - 1)
+    for row in range(top, bottom):
+        y = origin_y + (row + 0.5) * resolution - sensor_y
+        for column in range(left, right):
+            time = marked_at[row, column]
+            x = origin_x + (column + 0.5) * resolution - sensor_x
+            beyond = np.hypot(x, y) + resolution
+            if time == NEVER_SEEN or time >= oldest:
+                continue
+            if beyond > clearing_range or beyond * abs(step) > width:
+                continue
+            turn = np.arctan2(y, x) - sensor_heading - angles[0]
+            before = int((turn * np.sign(step)) % (2.0 * np.pi) / abs(step))
+            after = before + 1
+            if closed:
+                before, after = min(before, beams - 1), after if after < beams else 0
+            elif after >= beams:
+                continue
+            for beam in (before, after):
+                if not ranges[beam] > 0.0:
+                    break
+                reach = _clear_distance(ranges, beam, range_max, clearing_range, closed)
+                if reach <= beyond:
+                    break
+            else:
+                marked_at[row, column] = NEVER_SEEN
+                cleared_top, cleared_bottom = min(cleared_top, row), max(cleared_bottom, row)
+                cleared_left, cleared_right = min(cleared_left, column), max(cleared_right, column)
+    return cleared_top, cleared_bottom + 1, cleared_left, cleared_right + 1
+
+
+@njit(cache=True, nogil=True)
 def clear_polygon(marked_at, others, value, origin_x, origin_y, resolution, corners):
     """Clear the cells with their centre in a polygon (n, 2), metres. Returns the cells' box.
 
@@ -388,6 +430,7 @@ INFLATION = (
 """Entry points of every costmap, with the types that it calls them with; then of layers."""
 OBSTACLES = (
     (sense, (f4[:, ::1], u1[:, ::1], *6 * (f8,), f4[::1], f8[::1], b1, *5 * (f8,))),
+    (clear_passed, (f4[:, ::1], *6 * (f8,), f4[::1], f8[::1], b1, *4 * (f8,), *4 * (i8,))),
     (clear_polygon, (f4[:, ::1], u1[:, ::1], i8, f8, f8, f8, f8[:, ::1])),
     (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
     (paint_marks, (u1[:, ::1], f4[:, ::1], u1[:, ::1], i8, i8, i8, i8)),

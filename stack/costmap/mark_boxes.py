@@ -55,6 +55,13 @@ class MarkBoxes:
         self.clear()
         self.add(moved(whole, shape, shift), oldest)
 
+    def older(self, time: float, region: Box) -> list[Box]:
+        """Boxes of a region that may contain marks before `time`, seconds."""
+        parts = [
+            common(box, region) for tile, box in self._boxes.items() if self._oldest[tile] < time
+        ]
+        return [part for part in parts if is_some(part)]
+
     def expire(self, marked_at: NDArray[Any], oldest: float) -> Box:
         """Clear marks before `oldest`; return the box of the cleared cells.
 

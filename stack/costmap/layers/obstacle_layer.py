@@ -15,13 +15,23 @@ from stack.parameters import parameter
 from stack.types import Pose2D, Scan
 
 
+_UNMET = 5.0
+"""Seconds without a beam that met it, after which a mark between two beams is cleared."""
+_NARROW = 0.1
+"""Metres: beams that are farther apart there do not show that nothing stands between them."""
+_LOOK_PERIOD = 0.5
+"""Seconds between two searches for such marks."""
+
+
 class ObstacleLayer(SensedLayer):
     """Obstacles seen by one lidar: returns mark cells, beams clear the cells that they pass.
 
     Returns mark cells within `obstacle_range`; beams clear up to `clearing_range`. A beam without
     return (+inf) may be one that was lost: it clears a cell only if both neighbouring beams reach
     beyond that distance or have no return either. An invalid beam (NaN) does nothing and confirms
-    nothing. Cells under the robot's footprint are always cleared, and marks that were not seen for
+    nothing. A robot that stands sees only the cells along its beams, which leave cells out farther
+    away: a mark between two near beams that both reach beyond it is cleared when no beam has met it
+    for some seconds. Cells under the robot's footprint are always cleared, and marks that were not seen for
     `decay` seconds expire. Use one layer per lidar, each with its own `source`: lidars scan
     different planes, so the beams of one must not clear the marks of another.
     """
@@ -41,6 +51,7 @@ class ObstacleLayer(SensedLayer):
         )  # fmt: skip
 
     parameters: Parameters
+    _next_look = 0.0
 
     @staticmethod
     def kernels() -> KernelTypes:
@@ -60,7 +71,13 @@ class ObstacleLayer(SensedLayer):
 
     def _measure(self, update: LayerUpdate) -> list[Box]:
         posed = update.scans.get(self.parameters.source)
-        return [] if posed is None else [self._sense(posed.pose, posed.measurement, update.time)]
+        if posed is None:
+            return []
+        boxes = [self._sense(posed.pose, posed.measurement, update.time)]
+        if update.time >= self._next_look and posed.measurement.ranges.size > 1:
+            self._next_look = update.time + _LOOK_PERIOD
+            boxes += self._clear_passed(posed.pose, posed.measurement, update.time)
+        return boxes
 
     def paint(self, canvas: Canvas) -> None:
         """Paint marks as lethal; cells seen free become free where they are unknown."""
@@ -82,6 +99,21 @@ class ObstacleLayer(SensedLayer):
         )  # fmt: skip
         self._marks.add(box, time)
         return box
+
+    def _clear_passed(self, pose: Pose2D, scan: Scan, time: float) -> list[Box]:
+        """Clear marks between beams that reach beyond them; return the boxes of cleared cells."""
+        sensor, settings = pose.compose(scan.mount), self.parameters
+        oldest = time - max(_UNMET, settings.persistence)
+        x, y, far = sensor.x, sensor.y, settings.clearing_range
+        around = self.frame.box_around((x - far, y - far), (x + far, y + far))
+        return [
+            self._kernels.clear_passed(
+                self._times, *self.frame.origin, self.frame.resolution,
+                x, y, sensor.heading, scan.ranges, scan.angles, _is_closed(scan),
+                scan.range_max, far, _NARROW, oldest, *box,
+            )
+            for box in self._marks.older(oldest, around)
+        ]  # fmt: skip
 
 
 def _is_closed(scan: Scan) -> bool:
