@@ -214,14 +214,14 @@ def settings_of(entry: PeopleEntry) -> dict[str, Any]:
 
 
 def run_entry(entry: PeopleEntry, picture: Path) -> PeopleRow:
-    """Make one run, and draw it if it fails.
-
-    Raises:
-        InputError: the mission or a parameter has errors.
-    """
+    """Make one run, and draw it if it fails. A robot that does not fit at its start has failed."""
     case = entry.make(entry)
     options = options_of(entry, case)
-    plan = prepare(MISSION, options)
+    try:
+        plan = prepare(MISSION, options)
+    except InputError as error:  # of this world: `settings_of` has checked all else
+        goals = len(case.goals)
+        return PeopleRow(*entry.key, FAILED, str(error), goals=goals, persons=case.people)
     recorder, codes = DriveRecorder(), FailureCodes()
     report = execute(plan, options, [recorder, codes], lambda: recorder.time >= TIME_LIMIT)
     false = sum(goal.distance_to(truth) > FALSE_GOAL for goal, truth in recorder.reached)

@@ -201,7 +201,9 @@ class SweepFolder:
                 codec_of(dict[str, str]).decode(content[name])
             return Sweep.read(content), content
         except (ValueError, LookupError, TypeError, MalformedError) as error:
-            raise InputError(f"{file} is damaged: {error!r:.100}", OTHER_OUT) from None
+            raise InputError(
+                f"{file} is damaged, or another version wrote it: {error!r:.100}", OTHER_OUT
+            ) from None
 
     def _replace(self, name: str, content: bytes) -> None:
         new = self.path / f".{name}.new"

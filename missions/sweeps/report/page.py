@@ -5,14 +5,22 @@ from __future__ import annotations
 import shlex
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from html import escape
 from math import sqrt
 from pathlib import Path
 from statistics import mean, stdev
 
 import numpy as np
 
-from missions.inspection.page.style import STYLE
+from missions.inspection.page.words import (
+    cell,
+    dim,
+    document,
+    numeric,
+    safe,
+    scroll,
+    section,
+    table,
+)
 from missions.sweeps.figures import MEASURES, SHOWN, Measure
 from missions.sweeps.progress import rate_text
 from missions.sweeps.report.charts import histogram, rates_chart
@@ -21,7 +29,6 @@ from missions.sweeps.report.places import failure_maps
 from missions.sweeps.report.results import Level, Results, levels_of
 from missions.sweeps.row import SweepRow, counted
 from missions.sweeps.statistics import PERMUTATIONS, sensitivities
-from stack.types.printable import printable
 
 MOST_CLUSTERS, MOST_EXAMPLES = 30, 3
 
@@ -38,35 +45,25 @@ def page_of(every: Sequence[Results]) -> str:
     parts = [_comparison(*every)] if len(every) == 2 else []
     for results in every:
         parts.append(_about(results))
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{_safe(title)}</title><style>{STYLE}{OWN_STYLE}</style></head><body>"
-        + "\n".join(parts)
-        + "</body></html>\n"
-    )
+    return document(title, parts, OWN_STYLE)
 
 
 def _about(results: Results) -> str:
     sweep, done = results.sweep, len(results.rows)
     runs = f"{done} of {sweep.runs} runs" if done < sweep.runs else f"{done} runs"
-    mission, folder = _safe(Path(sweep.mission).stem), _safe(results.name)
+    mission, folder = safe(Path(sweep.mission).stem), safe(results.name)
     parts = [
         f"<h1>{mission} <span class='dim'>{folder}</span></h1>",
-        f'<p class="lead">{_safe(rate_text(results.rows))}; {runs}, {sweep.design}</p>',
+        f'<p class="lead">{safe(rate_text(results.rows))}; {runs}, {sweep.design}</p>',
         _outcomes(results),
-        _section("Success by factor", _rates(results)),
-        _section("Distributions", _distributions(results)),
-        _section("What failed", _clusters(results)),
-        _section("What matters", _sensitivity(results)),
-        _section("Where runs fail", _places(results)),
-        _section("Design", _design(results)),
+        section("Success by factor", _rates(results)),
+        section("Distributions", _distributions(results)),
+        section("What failed", _clusters(results)),
+        section("What matters", _sensitivity(results)),
+        section("Where runs fail", _places(results)),
+        section("Design", _design(results)),
     ]
     return "\n".join(parts)
-
-
-def _section(title: str, content: str) -> str:
-    return f"<h2>{title}</h2>{content}" if content else ""
 
 
 def _outcomes(results: Results) -> str:
@@ -80,7 +77,7 @@ def _outcomes(results: Results) -> str:
             f'<p class="note">Not repeatable: the runs {numbers} had other events when they ran'
             " again with records.</p>"
         )
-    return f"<p>{_safe(', '.join(words))}</p>{note}"
+    return f"<p>{safe(', '.join(words))}</p>{note}"
 
 
 def _rates(results: Results) -> str:
@@ -94,17 +91,16 @@ def _rates(results: Results) -> str:
 def _means(name: str, levels: Sequence[Level]) -> str:
     """Return the means of the measures for each value of a factor."""
     measures = [MEASURES[one] for one in SHOWN]
-    heads = "".join(f"<th>{one.title}, {one.unit}</th>" for one in measures)
-    lines = ""
-    for level in levels:
-        rate = "{}/{}".format(*counted(level.rows))
-        cells = [rate, *(_mean(one, level.rows) for one in measures)]
-        numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-        lines += f"<tr><td>{_safe(level.name)}</td>{numbers}</tr>"
-    return (
-        f'<div class="scroll"><table><tr class="head"><th>{_safe(name)}</th><th>success</th>{heads}'
-        f'</tr>{lines}</table></div><p class="dim">Means with their standard errors; time and '
-        "distance of the successes.</p>"
+    heads = [name, "success", *(f"{one.title}, {one.unit}" for one in measures)]
+    rows = [
+        [
+            cell(level.name), numeric("{}/{}".format(*counted(level.rows))),
+            *(numeric(_mean(one, level.rows)) for one in measures),
+        ]
+        for level in levels
+    ]  # fmt: skip
+    return scroll(table(heads, rows)) + dim(
+        "Means with their standard errors; time and distance of the successes."
     )
 
 
@@ -124,9 +120,9 @@ def _distributions(results: Results) -> str:
             for wanted in (True, False)
         )
         charts.append(histogram(measure.title, measure.unit, good, bad))
-    return _side_by_side(charts) + (
-        '<p class="dim">Number of runs; <span style="color: var(--good)">succeeded</span>, '
-        '<span style="color: var(--bad)">did not</span>.</p>'
+    return _side_by_side(charts) + dim(
+        'Number of runs; <span style="color: var(--good)">succeeded</span>, '
+        '<span style="color: var(--bad)">did not</span>.'
     )
 
 
@@ -139,17 +135,15 @@ def _clusters(results: Results) -> str:
     ranked = sorted(found.items(), key=lambda item: -len(item[1]))[:MOST_CLUSTERS]
     if not ranked:
         return "<p>No run failed.</p>"
-    lines = "".join(
-        f'<tr><td class="number">{len(rows)}</td><td>{_safe(outcome)}</td><td>{_safe(cause)}</td>'
-        f"<td>{_safe(node)}</td><td>{_safe(code)}</td><td>{_safe(rows[0].reason)}</td>"
-        f"<td>{''.join(_example(results, row) for row in rows[:MOST_EXAMPLES])}</td></tr>"
-        for (outcome, cause, node, code), rows in ranked
-    )
-    return (
-        '<div class="scroll"><table><tr class="head"><th>runs</th><th>outcome</th><th>cause</th>'
-        "<th>node</th><th>code</th><th>the first one</th><th>see it</th></tr>"
-        f"{lines}</table></div>"
-    )
+    lines = [
+        [
+            numeric(len(rows)), *map(cell, alike), cell(rows[0].reason),
+            f"<td>{''.join(_example(results, row) for row in rows[:MOST_EXAMPLES])}</td>",
+        ]
+        for alike, rows in ranked
+    ]  # fmt: skip
+    heads = ("runs", "outcome", "cause", "node", "code", "the first one", "see it")
+    return scroll(table(heads, lines))
 
 
 def _example(results: Results, row: SweepRow) -> str:
@@ -159,7 +153,7 @@ def _example(results: Results, row: SweepRow) -> str:
         folder, here = results.folder / row.folder, Path.cwd()
         shown = str(folder.relative_to(here) if folder.is_relative_to(here) else folder)
         commands = [shlex.join(["treepilot", word, shown]) for word in ("report", "replay")]
-    lines = "".join(f"<div><code>{_safe(command)}</code></div>" for command in commands)
+    lines = "".join(f"<div><code>{safe(command)}</code></div>" for command in commands)
     return f'<div class="example"><b>{row.number}</b>{lines}</div>'
 
 
@@ -194,28 +188,23 @@ def _sensitivity(results: Results) -> str:
             factor.name: [factor.typed(row.settings[factor.name]) for row in of]
             for factor in results.varying
         }
-        lines = "".join(
-            f'<tr><td>{_safe(one.factor)}</td><td class="number">{one.share:.1%}</td>'
-            f'<td class="number">{one.p_value:.3f}</td></tr>'
+        lines = [
+            (cell(one.factor), numeric(f"{one.share:.1%}"), numeric(f"{one.p_value:.3f}"))
             for one in sensitivities(values, figure)
-        )
-        tables.append(
-            f'<table><tr class="head"><th>{title}: factor</th><th>explains</th><th>p</th></tr>'
-            f"{lines}</table>"
-        )
+        ]
+        tables.append(table((f"{title}: factor", "explains", "p"), lines))
     if not tables:
         return ""
-    return _side_by_side([f'<div class="plot">{table}</div>' for table in tables]) + (
-        '<p class="dim">Share of the variance that the values of one factor explain (correlation '
-        "ratio), less what random groups of the same sizes explain; p: share of "
-        f"{PERMUTATIONS} permutations that explain as much. Factors that act only together are not "
-        "seen.</p>"
+    return _side_by_side([f'<div class="plot">{one}</div>' for one in tables]) + dim(
+        "Share of the variance that the values of one factor explain (correlation ratio), less what"
+        f" random groups of the same sizes explain; p: share of {PERMUTATIONS} permutations that"
+        " explain as much. Factors that act only together are not seen."
     )
 
 
 def _places(results: Results) -> str:
     maps = [
-        f"<div class='run'>{f'<b>{_safe(name)}</b>' if name else ''}{figure}</div>"
+        f"<div class='run'>{f'<b>{safe(name)}</b>' if name else ''}{figure}</div>"
         for name, figure in failure_maps(results)
     ]
     return f'<div class="runs">{"".join(maps)}</div>' if maps else ""
@@ -232,30 +221,24 @@ def _design(results: Results) -> str:
     lines += [*sweep.arguments.items(), *sweep.parameters.items()]
     versions = results.rows[-1].versions
     lines.append(("versions", ", ".join(f"{name} {text}" for name, text in versions.items())))
-    rows = "".join(f"<tr><th>{_safe(name)}</th><td>{_safe(text)}</td></tr>" for name, text in lines)
+    rows = "".join(f"<tr><th>{safe(name)}</th><td>{safe(text)}</td></tr>" for name, text in lines)
     return f"<table>{rows}</table>"
 
 
 def _comparison(first: Results, second: Results) -> str:
-    lines = "".join(
-        f"<tr><td>{_safe(one.figure)}</td><td>{_safe(one.values[0])}</td>"
-        f"<td>{_safe(one.values[1])}</td>"
-        f"<td>{'<b>significant</b>: ' * one.is_significant}{_safe(one.statement)}</td></tr>"
+    heads = ("", first.name, second.name, "the second, compared with the first")
+    lines = [
+        [
+            *map(cell, (one.figure, *one.values)),
+            f"<td>{'<b>significant</b>: ' * one.is_significant}{safe(one.statement)}</td>",
+        ]
         for one in compared(first, second)
-    )
-    names = "".join(f"<th>{_safe(one.name)}</th>" for one in (first, second))
-    return (
-        f"<h1>{_safe(first.name)} and {_safe(second.name)}</h1>"
-        f'<table><tr class="head"><th></th>{names}'
-        f"<th>the second, compared with the first</th></tr>{lines}</table>"
-        '<p class="dim">Medians; significance at 5 % each. With several rows, one of them is '
-        "significant by chance more often than that.</p>"
+    ]
+    return f"<h1>{safe(first.name)} and {safe(second.name)}</h1>{table(heads, lines)}" + dim(
+        "Medians; significance at 5 % each. With several rows, one of them is significant by "
+        "chance more often than that."
     )
 
 
 def _side_by_side(figures: Sequence[str]) -> str:
     return f'<div class="plots">{"".join(figures)}</div>' if any(figures) else ""
-
-
-def _safe(words: str) -> str:
-    return escape(printable(words))

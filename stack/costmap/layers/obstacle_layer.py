@@ -14,7 +14,6 @@ from stack.costmap.parameters import ObstacleParameters
 from stack.parameters import parameter
 from stack.types import Pose2D, Scan
 
-
 _UNMET = 5.0
 """Seconds without a beam that met it, after which a mark between two beams is cleared."""
 _NARROW = 0.1
@@ -31,9 +30,9 @@ class ObstacleLayer(SensedLayer):
     beyond that distance or have no return either. An invalid beam (NaN) does nothing and confirms
     nothing. A robot that stands sees only the cells along its beams, which leave cells out farther
     away: a mark between two near beams that both reach beyond it is cleared when no beam has met it
-    for some seconds. Cells under the robot's footprint are always cleared, and marks that were not seen for
-    `decay` seconds expire. Use one layer per lidar, each with its own `source`: lidars scan
-    different planes, so the beams of one must not clear the marks of another.
+    for some seconds. Cells under the robot's footprint are always cleared, and marks that were not
+    seen for `decay` seconds expire. Use one layer per lidar, each with its own `source`: lidars
+    scan different planes, so the beams of one must not clear the marks of another.
     """
 
     needs = ("lidar",)

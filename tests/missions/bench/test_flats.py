@@ -174,6 +174,13 @@ def test_a_run_reaches_its_goals_and_a_crash_is_a_row(tmp_path):
     assert (crash.success, crash.cause) == (False, "ValueError: no")
 
 
+def test_a_robot_that_does_not_fit_at_its_start_has_failed(tmp_path):
+    """The places of a world have random headings: a car does not fit at each of them."""
+    row = FLATS.row(replace(entry(tmp_path, "none", 10040), robot="buggy"), tmp_path)
+    assert (row.status, row.visited, row.goals) == ("failed", 0, GOALS)
+    assert "the robot overlaps a wall" in row.cause
+
+
 def test_robots_in_files_called_robot_yaml_are_named_by_their_folders(tmp_path):
     names = ("scout", str(tmp_path / "mine/robot.yaml"), "../yours/robot.yaml", "a/b.yaml")
     assert [robot_label(name) for name in names] == ["scout", "mine", "yours", "b"]

@@ -184,7 +184,7 @@ def test_a_damaged_description_is_an_error(turn, tmp_path, executed, name, value
     swept(turn, tmp_path / "out")
     file = tmp_path / "out" / "sweep.json"
     file.write_text(json.dumps({**json.loads(file.read_text()), name: value}))
-    with pytest.raises(InputError, match=r"sweep\.json is damaged"):
+    with pytest.raises(InputError, match=r"sweep\.json is damaged, or"):
         SweepFolder(tmp_path / "out").sweep()
 
 
