@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from stack.documents import Finding, Mark
-from stack.documents.files import decoded, read_bytes, read_input
+from stack.documents.files import read_bytes, read_input
 from stack.errors import InputError
 from stack.telemetry.codec import MalformedError
 
@@ -30,15 +30,13 @@ def read_journal(file: Path, what: str, limit: int, read: Callable[[Any], T]) ->
     """
     if not file.exists():
         return []
-    text = decoded(read_input(file, "journal", limit), file)
-    rows = []
-    for number, line in enumerate(text.split("\n")[:-1], start=1):
+    content, rows = read_input(file, "journal", limit), []
+    for number, line in enumerate(content.split(b"\n")[:-1], start=1):
         try:
             rows.append(read(json.loads(line)))
         except (ValueError, LookupError, TypeError, MalformedError) as error:
-            finding = Finding(
-                Mark(str(file), number), "E004", f"not a {what}: {error}", "choose another --out"
-            )
+            hint = "remove this line: the command makes its run again"
+            finding = Finding(Mark(str(file), number), "E004", f"not a {what}: {error}", hint)
             raise InputError([finding]) from None
     return rows
 

@@ -57,13 +57,15 @@ def assignments(
         example: a correct value, for the message.
 
     Raises:
-        InputError: a value is not NAME=VALUE.
+        InputError: a value is not NAME=VALUE, or a name is given twice.
     """
     values = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")
         if not equals or not name.strip():
             raise InputError(f"{option} {pair}: expected NAME=VALUE, such as {example}")
+        if name.strip() in values:
+            raise InputError(f"{option} {pair}: {name.strip()} is given twice", "leave one out")
         values[name.strip()] = value.strip()
     return values
 

@@ -253,7 +253,7 @@ def _sweep_of(words: "SweepFile", vary: list[str], robot: str | None) -> "Sweep"
         values.get("seed", 0), words.arguments, words.parameters, robot,
         time_limit=values.get("time_limit", TIME_LIMIT), keep=values.get("keep", FAILURES),
     )  # fmt: skip
-    sweep = with_choices(sweep, values.get("worlds", ""), words.robots)
+    sweep = with_choices(sweep, values.get("worlds"), words.robots)
     return replace(sweep, design=values.get("design", default_design(sweep.factors)))
 
 

@@ -11,7 +11,7 @@ from missions.execution.prepare import PreparedMission, prepare
 from missions.execution.resources import MISSIONS
 from missions.sweeps.design import BY_SCIPY
 from missions.sweeps.factors import NORMAL, Factor
-from missions.sweeps.sweep import FAULTS, SCENE, Sweep, check_runs
+from missions.sweeps.sweep import FAULTS, ROBOT, SCENE, START, WORLD, Sweep, check_runs
 from robots.bodies import body_kind
 from stack.errors import InputError
 from stack.optional_packages import SCIPY
@@ -57,6 +57,7 @@ def checked(sweep: Sweep, refusal: Refusal) -> CheckedSweep:
     for factor in sweep.factors:
         try:
             _check_name(factor, plan)
+            _check_varies(factor, sweep)
             plans += [_tried(sweep, factor, text) for text in factor.probes]
         except InputError as error:
             raise refusal(factor, error) from None
@@ -89,6 +90,14 @@ def _check_name(factor: Factor, plan: PreparedMission) -> None:
             f"{suggestion(name, known)}; parameters of components are KIND.NAME, as `treepilot"
             " parameters` lists them",
         )
+
+
+def _check_varies(factor: Factor, sweep: Sweep) -> None:
+    """Raise InputError for a factor that has one value for all runs as well."""
+    scene = {WORLD: sweep.world, ROBOT: sweep.robot, START: sweep.start, FAULTS: sweep.faults}
+    fixed = {**sweep.arguments, **sweep.parameters, **scene}.get(factor.name)
+    if fixed is not None:
+        raise InputError(f"it is also {fixed} for all runs", "leave one out")
 
 
 def _prepared(sweep: Sweep, settings: Mapping[str, str]) -> PreparedMission:

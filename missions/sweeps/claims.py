@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from operator import ge, gt, le, lt
 
-from missions.sweeps.figures import FIGURES
+from missions.sweeps.figures import FIGURES, RATES
 from missions.sweeps.row import SweepRow
 from missions.sweeps.statistics import is_proved
 from stack.errors import InputError
@@ -142,6 +142,10 @@ def read_condition(text: str) -> Condition:
     if found[1] not in FIGURES:
         raise InputError(f"{text}: there is no figure {found[1]!r}", suggestion(found[1], FIGURES))
     number = _number(found[3]) * (0.01 if found[4] else 1.0)
+    if found[1] in RATES and not 0.0 <= number <= 1.0:
+        raise InputError(
+            f"{text}: {found[1]} is from 0 to 1", f"write it as '{found[1]} {found[2]} 95 %'"
+        )
     return Condition(text.strip(), found[1], found[2], number)
 
 

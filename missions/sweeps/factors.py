@@ -111,7 +111,7 @@ class Factor:
         if any(part is None for part in parts) or len({part[2] for part in parts if part}) > 1:
             return text
         numbers = [part[1] for part in parts if part]
-        is_whole = all(re.fullmatch(r"[-+]?\d+", number) for number in numbers)
+        is_whole = all(re.fullmatch(r"[-+]?\d{1,18}", number) for number in numbers)
         return int(_number(text)[0]) if is_whole else _number(text)[0]
 
     def plain(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatch
 from glob import glob
@@ -23,6 +23,9 @@ SCENE = (MISSION, WORLD, ROBOT, START)
 ALL, FAILURES, NONE = "all", "failures", "none"
 KEEP = (ALL, FAILURES, NONE)
 """Runs whose folders are kept."""
+
+LARGEST_SEED = 2**63 - 1
+"""Of the table."""
 
 TIME_LIMIT = 3600.0
 """Simulated seconds after which a run has failed."""
@@ -136,19 +139,19 @@ class Sweep:
             yield f"the factors were in the order {', '.join(old)}, are in {', '.join(new)}"
 
 
-def with_choices(sweep: Sweep, worlds: str, robots: tuple[str, ...]) -> Sweep:
+def with_choices(sweep: Sweep, worlds: str | None, robots: tuple[str, ...] | None) -> Sweep:
     """Return the sweep with worlds and robots as factors.
 
     Args:
         sweep: without them.
-        worlds: a pattern of files, or of names of shipped worlds; empty: the mission's.
-        robots: names or files; empty: the mission's.
+        worlds: a pattern of files, or of names of shipped worlds; None: the mission's.
+        robots: names or files; None: the mission's.
 
     Raises:
-        InputError: there is no such world, or a factor is given twice.
+        InputError: there is no such world, there are none, or a factor is given twice.
     """
-    more = [listed(WORLD, _worlds(worlds))] if worlds else []
-    more += [listed(ROBOT, robots)] if robots else []
+    more = [] if worlds is None else [_choice(WORLD, _worlds(worlds))]
+    more += [] if robots is None else [_choice(ROBOT, robots)]
     factors = (*sweep.factors, *more)
     names = [factor.name for factor in factors]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -157,8 +160,17 @@ def with_choices(sweep: Sweep, worlds: str, robots: tuple[str, ...]) -> Sweep:
     return replace(sweep, factors=factors)
 
 
+def _choice(name: str, values: Sequence[str]) -> Factor:
+    try:
+        return listed(name, values)
+    except InputError as error:
+        raise InputError(f"{name}s: {error}") from None
+
+
 def check_runs(sweep: Sweep) -> None:
-    """Raise InputError if a grid has no values, or more combinations than runs."""
+    """Raise InputError if a grid has no values, or too few runs, or if seeds are too large."""
+    if sweep.seed + sweep.runs > LARGEST_SEED:
+        raise InputError(f"seed {sweep.seed} and {sweep.runs} runs: the largest seed is 2**63 - 1")
     if sweep.design != GRID:
         return
     drawn = next((factor for factor in sweep.factors if not factor.is_list), None)

@@ -53,7 +53,7 @@ class SweepFile:
     values: Mapping[str, Any]
     factors: tuple[Factor, ...] = ()
     marks: Mapping[str, Mark] = field(default_factory=dict)
-    robots: tuple[str, ...] = ()
+    robots: tuple[str, ...] | None = None
     arguments: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
     until: Claim | None = None
@@ -94,7 +94,8 @@ def read_sweep_file(path: Path) -> SweepFile:
     until = [node] if (node := top.node_of("until")) is not None else []
     words = SweepFile(
         values, tuple(factors.values()), {name: mark for name, mark in _marks(top.node_of("vary"))},
-        tuple(_each(top.sequence("robots"), "robots", str, findings)),
+        tuple(_each(top.sequence("robots"), "robots", str, findings)) if top.node.get("robots")
+        else None,
         _texts(top.node_of("set"), "set", findings),
         _texts(top.node_of("parameters"), "parameters", findings),
         next(_each(until, "until", read_claim, findings), None),
@@ -112,8 +113,8 @@ def _located(words: SweepFile, folder: Path) -> SweepFile:
         values["mission"] = str(folder / values["mission"])
     if values["worlds"] is not None and "/" in values["worlds"]:
         values["worlds"] = str(folder / values["worlds"])
-    robots = tuple(str(folder / name) if "/" in name else name for name in words.robots)
-    return replace(words, values=values, robots=robots)
+    robots = tuple(str(folder / name) if "/" in name else name for name in words.robots or ())
+    return replace(words, values=values, robots=None if words.robots is None else robots)
 
 
 def _factors(node: Node | None, findings: Findings) -> dict[str, Factor]:

@@ -229,7 +229,9 @@ def _type_of(name: str, values: Sequence[Any]) -> Any:
 
 
 def _unwritten(file: Path, error: OSError) -> InputError:
+    is_full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    do = "free some space" if is_full else f"make the folder writable, or {OTHER_OUT}"
     return InputError(
         f"cannot write {file}: {error.strerror or error}; the rows before are kept",
-        "free some space, then run the command again to continue",
+        f"{do}, then run the command again to continue",
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from stack.errors import InputError
 from stack.parameters import suggestion
+from stack.sim.faults.fault import outside
 from stack.sim.scene_state import RobotShape
 from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.simulation import Simulation
@@ -92,12 +93,9 @@ def _distance(door: Door, here: Pose2D) -> float:
 
 
 def _lift(simulation: Simulation, robot: SimulatedRobot, pose: Pose2D) -> None:
-    x_min, y_min, x_max, y_max = simulation.world.bounds
-    if not (x_min <= pose.x <= x_max and y_min <= pose.y <= y_max):
-        raise InputError(
-            f"({pose.x:g}, {pose.y:g}) is outside the world, which covers x {x_min:g} to "
-            f"{x_max:g} m and y {y_min:g} to {y_max:g} m"
-        )
+    beyond = outside(simulation.world, pose.x, pose.y)
+    if beyond:
+        raise InputError(beyond)
     _check_room("robot", pose, robot.radius, simulation.movers(but=robot))
     robot.lift(pose)
 

@@ -57,6 +57,7 @@ def faults_of(
     numbers = {k: text for k, text in (options.parameters or {}).items() if k.startswith(PREFIX)}
     if options.faults is None and not (mission.faults or world.faults or numbers):
         return ()
+    from stack.sim.faults.fault import outside
     from stack.sim.faults.reading import numbered
     from stack.sim.faults.registry import fault_kind
 
@@ -68,7 +69,8 @@ def faults_of(
     if faults and not body_kind(options.body or robot.body).simulates:
         raise _refused(f"the body {options.body or robot.body} is not simulated", options, mark)
     for fault in faults:
-        lack = fault_kind(fault.kind).lack(fault.parameters, robot, world)
+        never = "" if fault.near is None else outside(world, *fault.near)
+        lack = never or fault_kind(fault.kind).lack(fault.parameters, robot, world)
         if lack:
             raise _refused(f"{fault.name}: {lack}", options, mark)
     return faults
@@ -96,6 +98,8 @@ def chosen_faults(text: str, places: Mapping[str, Pose2D]) -> tuple[PlannedFault
             found += read_fault_file(file, places)
         elif name in fault_names():
             found.append(default_fault(name))
+        elif name == NONE:
+            raise InputError(f"--faults {text}: `none` stands alone", "leave it out")
         else:
             known = [NONE, *fault_files(), *fault_names()]
             raise InputError(f"--faults: there is no fault {name!r}", suggestion(name, known))

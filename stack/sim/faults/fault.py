@@ -38,6 +38,20 @@ class Target:
     disturb: Callable[[Disturbance], None]
 
 
+def outside(world: World, x: float, y: float, reach: float = 0.0) -> str:
+    """Return that a point, world frame, is farther than `reach` from the world; empty: it is not.
+
+    All in metres.
+    """
+    x_min, y_min, x_max, y_max = world.bounds
+    if x_min - reach <= x <= x_max + reach and y_min - reach <= y <= y_max + reach:
+        return ""
+    return (
+        f"({x:g}, {y:g}) is outside the world, which covers x {x_min:g} to {x_max:g} m"
+        f" and y {y_min:g} to {y_max:g} m"
+    )
+
+
 class Fault:
     """One occurrence of a fault. A kind is a subclass in a module of its name in `kinds`.
 

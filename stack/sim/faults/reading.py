@@ -87,14 +87,16 @@ def changed(fault: PlannedFault, name: str, raw: Any) -> PlannedFault:
     if name in known:
         value = known[name].read(raw)
         return replace(fault, parameters=replace(fault.parameters, **{name: value}))
-    if name == "at" and kind != BEFORE:
+    timing = ["at", PER_MINUTE.name] if kind != BEFORE else []
+    timing += ["for"] if kind == LASTING else []
+    if name not in timing:
+        hint: str = suggestion(name, [*known, *timing])
+        raise ParameterError(name, f"the fault {fault.name} has no number {name!r}", hint)
+    if name == "at":
         return replace(fault, time=replace(TIME, name="at").read(raw))
-    if name == "for" and kind == LASTING:
+    if name == "for":
         return replace(fault, duration=DURATION.read(raw))
-    if name == PER_MINUTE.name and kind != BEFORE:
-        return replace(fault, per_minute=PER_MINUTE.read(raw))
-    hint: str = suggestion(name, [*known, *TIMING, PER_MINUTE.name])
-    raise ParameterError(name, f"the fault {fault.name} has no number {name!r}", hint)
+    return replace(fault, per_minute=PER_MINUTE.read(raw))
 
 
 def _fault(node: Node, findings: Findings, places: Places) -> PlannedFault | None:

@@ -69,6 +69,8 @@ def test_options_replace_faults_and_change_numbers(mission, tmp_path):
     ]  # fmt: skip
     with pytest.raises(InputError, match=r"no fault 'psh'.*did you mean 'push'"):
         prepare(file, RunOptions(faults="psh"))
+    with pytest.raises(InputError, match=r"--faults none\+push: `none` stands alone"):
+        prepare(file, RunOptions(faults="none+push"))
     with pytest.raises(InputError, match="this run has no fault 'push'"):
         prepare(file, RunOptions(parameters={"fault.push.left": "1"}))
     with pytest.raises(InputError, match="the fault lidar_dropout has no number 'shar'"):
@@ -81,6 +83,9 @@ def test_options_replace_faults_and_change_numbers(mission, tmp_path):
         ("[depth_holes]", "jackal", (3, 9), "jackal has no depth camera 'depth'"),
         ("[{sensor_loss: {sensor: radar}}]", "scout", (3, 9), "no sensor 'radar'; it has lidar"),
         ("[closed_door]", "scout", (3, 9), "the world small room has no doors"),
+        ("[{kidnap: {to: [99, 2, 0]}}]", "scout", (3, 9), "(99, 2) is outside the world, which c"),
+        ("[{dropped_box: {x: 1, y: -9}}]", "scout", (3, 9), "(1, -9) is outside the world, wh"),
+        ("[{push: {}, at: {near: [9, 1]}}]", "scout", (3, 9), "(9, 1) is outside the world, whi"),
         ("[push, pusch]", "scout", (3, 16), "there is no fault 'pusch'"),
     ],
 )

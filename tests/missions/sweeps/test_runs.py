@@ -131,6 +131,22 @@ def test_a_bad_factor_is_an_error_before_anything_runs(turn, name, values, words
     assert words in errors(sweep)
 
 
+@pytest.mark.parametrize(
+    ("name", "fixed"),
+    [
+        ("times", {"arguments": {"times": "2"}}), ("robot", {"robot": "scout"}),
+        ("controller.cruise_speed", {"parameters": {"controller.cruise_speed": "2"}}),
+    ],
+)  # fmt: skip
+def test_a_factor_with_one_value_for_all_runs_is_an_error(turn, name, fixed):
+    sweep = Sweep(str(turn), 10, "random", (read_factor(name, "1,2"),), **fixed)
+    assert f"--vary {name}: it is also " in errors(sweep)
+
+
+def test_seeds_fit_into_the_table(turn):
+    assert "the largest seed is" in errors(Sweep(str(turn), 10, "random", (), 2**63 - 5))
+
+
 def test_whole_numbers_are_recognised(turn):
     factors = (read_factor("times", "uniform(1, 3)"),
                read_factor("controller.cruise_speed", "uniform(0.3, 0.5)"))  # fmt: skip

@@ -126,9 +126,12 @@ def test_conditions(text, holds):
     assert read_condition(text).holds(rows("sssfr", seconds=10.0, clearance=0.2)) is holds
 
 
-@pytest.mark.parametrize("text", ["succes < 1", "success", "success = 1", "success < 1 or 2"])
+@pytest.mark.parametrize(
+    "text",
+    ["succes < 1", "success", "success = 1", "success < 1 or 2", "success < 95", "refused > 101 %"],
+)
 def test_wrong_conditions(text):
-    with pytest.raises(InputError, match=r"not FIGURE|no figure"):
+    with pytest.raises(InputError, match=r"not FIGURE|no figure|is from 0 to 1; write it as"):
         read_condition(text)
 
 

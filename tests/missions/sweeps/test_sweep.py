@@ -140,6 +140,23 @@ def test_rows_of_another_version_are_refused(turn, tmp_path, executed):
         swept(turn, tmp_path / "out")
 
 
+def test_a_damaged_line_of_the_journal_can_be_removed(turn, tmp_path, executed):
+    swept(turn, tmp_path / "out")
+    journal = tmp_path / "out" / JOURNAL
+    lines = journal.read_bytes().splitlines(keepends=True)
+    journal.write_bytes(b"".join([*lines[:2], b"\xff{{\n", *lines[3:]]))
+    with pytest.raises(InputError, match=r"journal\.jsonl:3:1 .*not a row.*remove this line"):
+        swept(turn, tmp_path / "out")
+    journal.write_bytes(b"".join([*lines[:2], *lines[3:]]))
+    assert len(swept(turn, tmp_path / "out")) == 12 and executed == [*range(12), 2]
+
+
+def test_a_file_in_the_place_of_the_folder(turn, tmp_path, executed):
+    (tmp_path / "out").touch()
+    with pytest.raises(InputError, match=r"File exists.*make the folder writable, or choose"):
+        swept(turn, tmp_path / "out")
+
+
 @pytest.mark.parametrize("name", ["thesis.txt", JOURNAL])
 def test_a_folder_with_something_else_is_left_alone(turn, tmp_path, executed, name):
     (tmp_path / "out").mkdir()
@@ -244,15 +261,17 @@ def test_worlds_are_files_or_shipped_ones(tmp_path, monkeypatch):
     ]  # fmt: skip
     for name in ("b", "a"):
         (tmp_path / f"{name}.yaml").touch()
-    every = with_choices(sweep, f"{tmp_path}/*.yaml", ())
+    every = with_choices(sweep, f"{tmp_path}/*.yaml", None)
     assert every.factors[0].values == (str(tmp_path / "a.yaml"), str(tmp_path / "b.yaml"))
     monkeypatch.chdir(tmp_path)
-    assert with_choices(sweep, "*.yaml", ()).factors[0].values == ("a.yaml", "b.yaml")
-    for pattern in ("atlantis*", "**x", ".", "/"):
+    assert with_choices(sweep, "*.yaml", None).factors[0].values == ("a.yaml", "b.yaml")
+    for pattern in ("atlantis*", "**x", ".", "/", ""):
         with pytest.raises(InputError, match="no world file matches"):
-            with_choices(sweep, pattern, ())
+            with_choices(sweep, pattern, None)
+    with pytest.raises(InputError, match="robots: it has no values"):
+        with_choices(sweep, None, ())
     with pytest.raises(InputError, match="the factor robot is given twice"):
-        with_choices(replace(sweep, factors=(read_factor("robot", "a,b"),)), "", ("scout",))
+        with_choices(replace(sweep, factors=(read_factor("robot", "a,b"),)), None, ("scout",))
 
 
 FILE = """\
@@ -315,10 +334,11 @@ def test_findings_of_a_file_name_line_and_column(turn, tmp_path, wrong, words):
 
 @pytest.mark.parametrize(
     ("option", "value"),
-    [("--until", "a"), ("--fail-if", "a"), ("--vary", "times=gamma(1)")],
+    [("--until", "a"), ("--fail-if", "a"), ("--vary", "times=gamma(1)"), ("--vary", "times=2")],
 )
 def test_errors_of_the_command_line_name_the_option(turn, option, value):
-    done = CliRunner().invoke(app, ["sweep", str(turn), option, value, "--dry-run"])
+    words = [str(turn), "--vary", "times=1", option, value]  # times is given twice
+    done = CliRunner().invoke(app, ["sweep", *words, "--dry-run"])
     assert str(done.exception).startswith(f"{option}") and value in str(done.exception)
 
 

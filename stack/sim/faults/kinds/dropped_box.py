@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stack.drivetrain.description import RobotDescription
 from stack.parameters import FARTHEST, parameter
-from stack.sim.faults.fault import NOW, Fault, Target
+from stack.sim.faults.fault import NOW, Fault, Target, outside
+from stack.sim.worlds.world import World
 from stack.types import DroppedBox, Pose2D
 
 
@@ -29,6 +31,12 @@ class Box(Fault):
 
     Parameters = BoxParameters
     kind = NOW
+
+    @classmethod
+    def lack(cls, parameters: BoxParameters, robot: RobotDescription, world: World) -> str:
+        """Return that the place is not in the world."""
+        x, y = parameters.x, parameters.y
+        return "" if x is None or y is None else outside(world, x, y)
 
     def begin(self, target: Target) -> None:
         """Put it down."""

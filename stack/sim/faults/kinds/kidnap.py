@@ -7,10 +7,12 @@ from math import pi
 
 import numpy as np
 
+from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import FARTHEST, parameter
-from stack.sim.faults.fault import NOW, Fault, Target
+from stack.sim.faults.fault import NOW, Fault, Target, outside
 from stack.sim.faults.room import free_places
+from stack.sim.worlds.world import World
 from stack.types import LiftedRobot, Pose2D
 
 
@@ -32,6 +34,12 @@ class Kidnap(Fault):
 
     Parameters = KidnapParameters
     kind = NOW
+
+    @classmethod
+    def lack(cls, parameters: KidnapParameters, robot: RobotDescription, world: World) -> str:
+        """Return that the place is not in the world."""
+        to = parameters.to
+        return "" if to is None else outside(world, to.x, to.y)
 
     def begin(self, target: Target) -> None:
         """Put the robot down."""

@@ -77,6 +77,12 @@ def test_numbers_can_be_changed_by_name():
     for kind, name in (("push", "for"), ("moved_furniture", "at"), ("push", "shar")):
         with pytest.raises(ParameterError, match=f"the fault {kind} has no number '{name}'"):
             changed(default_fault(kind), name, 1)
+    with pytest.raises(ParameterError) as error:
+        changed(fault, "per_minte", 1)
+    assert error.value.hint == "did you mean 'per_minute'?"
+    with pytest.raises(ParameterError) as error:
+        changed(default_fault("push"), "for", 1)
+    assert "'for'" not in error.value.hint
 
 
 WORDS = [*fault_names(), "at", "dock"]
