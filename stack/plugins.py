@@ -49,7 +49,7 @@ def named_class(
     module, _, attribute = places[name].partition(":")
     try:
         found = getattr(import_module(module), attribute)
-    except Exception as error:  # a plugin's module may raise any exception
+    except (Exception, SystemExit) as error:  # a plugin's module may raise any exception
         raise InputError(f"the {what} {name!r} cannot be used: {error}") from error
     if not (isinstance(found, type) and issubclass(found, base)):
         raise InputError(f"the {what} {name!r} cannot be used: it does not inherit {base.__name__}")

@@ -75,6 +75,7 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
     from missions.sweeps.runner import ExecutionSettings
     from missions.sweeps.sweep import NONE, Sweep
     from missions.sweeps.table import SweepFolder
+    from stack.sim.faults.registry import fault_kind
 
     limit = duration(time_limit, "--time-limit")
     requirements = [read_requirement(text, limit) for text in margin or ["clearance"]]
@@ -84,6 +85,12 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
         assignments(parameter or [], "--parameter"), robot, faults="+".join(kinds) or None,
         time_limit=limit, keep=NONE,
     )  # fmt: skip
+    if not (kinds or vary):
+        raise InputError("there is nothing to search", "give --vary or --faults")
+    given = tuple(_given(vary or []))
+    for kind in kinds:
+        fault_kind(kind)
+    checked(replace(sweep, factors=given), _refused)
     folder = SweepFolder(out or Path("falsify") / Path(mission).stem)
     first = Trial(row := baseline(sweep, folder), margin_of(row, requirements))
     tell(f"without faults and settings: margin {describe(first)}")
@@ -91,17 +98,16 @@ def falsify(  # noqa: PLR0913 - each is an option of the command
         tell("the mission breaks as it is: there is nothing to search")
         raise typer.Exit(1)
     factors = {item.name: item for item in fault_factors(kinds, row.seconds or limit)}
-    factors |= {item.name: item for item in _given(vary or [])}
-    if not factors:
-        raise InputError("there is nothing to search", "give --vary or --faults")
-    ready = checked(
-        replace(sweep, factors=tuple(factors.values())),
-        lambda factor, error: InputError(f"{factor.name}: {error}"),
-    )
+    factors |= {item.name: item for item in given}
+    ready = checked(replace(sweep, factors=tuple(factors.values())), _refused)
     with interruptible(folder.path) as check:
         execution = ExecutionSettings(jobs, check=check)
         outcome = Falsifier(ready, requirements, folder, execution, tell).run()
         _end(outcome, ready.sweep, folder.path)
+
+
+def _refused(factor: "Factor", error: InputError) -> InputError:
+    return InputError(f"{factor.name}: {error}")
 
 
 def _given(vary: list[str]) -> "list[Factor]":

@@ -1,5 +1,6 @@
 """`treepilot sweep --faults`: missions by faults."""
 
+from math import isnan
 from pathlib import Path
 from typing import Annotated
 
@@ -61,6 +62,8 @@ def faults(  # noqa: PLR0913 - each is an option of the command
 
     if keep not in KEEP:
         raise InputError(f"--keep {keep}: expected one of {', '.join(KEEP)}")
+    if isnan(least):
+        raise InputError("--fail-below nan: expected a rate from 0 to 1")
     limit = TIME_LIMIT_S if time_limit is None else duration(time_limit, "--time-limit")
     suite = plan_suite(missions or [], fault_list(faults), SuiteOptions(runs, seed, limit, keep))
     for name, reason in suite.left_out.items():

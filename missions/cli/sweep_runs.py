@@ -66,15 +66,17 @@ def interruptible(folder: Path) -> Iterator[Callable[[], None]]:
 
 
 def check_cluster(cluster: str | None, jobs: int | None) -> None:
-    """Refuse `--cluster` without Dask, or with `--jobs`.
+    """Refuse `--cluster` without an address or Dask, or with `--jobs`.
 
     Raises:
-        InputError: either is so.
+        InputError: one of them is so.
     """
     from stack.optional_packages import DISTRIBUTED
 
     if cluster is None:
         return
+    if not cluster.strip():
+        raise InputError("--cluster has no address", "write tcp://HOST:PORT")
     if jobs is not None:
         raise InputError(
             "--jobs is the number of processes of this machine, and --cluster uses others",

@@ -68,7 +68,7 @@ class MissionEnv(Env[Any, Any]):
     ) -> None:  # fmt: skip
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode: {render_mode!r} is not one of rgb_array, None")
-        if time_limit <= 0.0:
+        if not time_limit > 0.0:  # NaN is no limit
             raise InputError(f"time_limit: expected more than 0 s, got {time_limit:g}")
         options = RunOptions(
             serve=False, arguments=dict(arguments or {}), robot=robot, world=world, start=start,
@@ -149,12 +149,17 @@ class MissionEnv(Env[Any, Any]):
         """Drive an action until the next decision; return what follows.
 
         Raises:
+            InputError: there is no episode, or the action is not as many finite numbers as the
+                action space has.
             TreepilotError: a part of the run has failed.
         """
         run = self.run
         if not self._agent.is_asked:
             raise InputError("the episode is over: call reset()")
-        self._agent.act(np.asarray(action, np.float32))
+        values = np.ravel(action)
+        if values.shape != self.action_space.shape or not np.isfinite(values).all():
+            raise InputError(f"step: expected an action of {self.action_space}, got {action!r:.80}")
+        self._agent.act(values.astype(np.float32))
         self._go_on(run)
         standing = Standing.of(run)
         terms = terms_of(self._rewards, self._standing, standing)

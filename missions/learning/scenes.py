@@ -73,7 +73,7 @@ class Scenes:
             given: `arguments` and `start` of the episode.
 
         Raises:
-            InputError: unknown keys in `given`.
+            InputError: unknown keys in `given`, or a start that is no text.
         """
         unknown = [key for key in given if key not in OPTIONS]
         if unknown:
@@ -83,6 +83,10 @@ class Scenes:
         common = self._options
         arguments = {**(common.arguments or {}), **given.get("arguments", {})}
         start = given.get("start", common.start)
+        if not isinstance(start, str | None):
+            raise InputError(
+                f"options: start: expected a place or 'x,y,heading', got {start!r:.80}"
+            )
         if self._mission is None:
             start, goal = self._drawn(seed, start)
             arguments.setdefault("goal", goal)

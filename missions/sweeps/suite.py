@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from missions.execution.fit.faults import NONE, SUITE, fault_files
+from missions.execution.fit.faults import NONE, SUITE, chosen_faults, fault_files
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import find_mission, mission_files
 from missions.sweeps.checking import checked
@@ -100,10 +100,19 @@ class Cell:
 
 
 def fault_list(text: str) -> tuple[str, ...]:
-    """Return the faults that `--faults` names: `suite`, all shipped files, or names by commas."""
+    """Return the faults that `--faults` names: `suite`, all shipped files, or names by commas.
+
+    Raises:
+        InputError: it names none, or one that does not exist.
+    """
     names = [part.strip() for part in text.split(",") if part.strip()]
     found = [name for part in names for name in (fault_files() if part == SUITE else (part,))]
-    return tuple(dict.fromkeys(name for name in found if name != NONE))
+    chosen = tuple(dict.fromkeys(name for name in found if name != NONE))
+    if not chosen:
+        raise InputError(f"--faults {text}: it names no fault", "write suite, or wet_floor,push")
+    for name in chosen:
+        chosen_faults(name, None)
+    return chosen
 
 
 def driving_missions() -> list[str]:
@@ -137,7 +146,8 @@ def plan_suite(missions: Sequence[str], faults: Sequence[str], options: SuiteOpt
         options: of the runs.
 
     Raises:
-        InputError: a mission that is named cannot be swept, or no fault fits any.
+        InputError: a mission that is named cannot be swept, two have one name, or no fault fits
+            any.
     """
     sweeps, left_out = [], {}
     for name in missions or driving_missions():
@@ -147,6 +157,10 @@ def plan_suite(missions: Sequence[str], faults: Sequence[str], options: SuiteOpt
             if missions:
                 raise
             left_out[name] = str(error)
+    names = [one.name for one in sweeps]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"two missions are called {twice}: each needs a folder of its name")
     if all(fault in one.unfit for one in sweeps for fault in faults):
         first = next((reason for one in sweeps for reason in one.unfit.values()), "no missions")
         raise InputError(f"no fault fits any of the missions: {first}")

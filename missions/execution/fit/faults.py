@@ -76,12 +76,12 @@ def faults_of(
     return faults
 
 
-def chosen_faults(text: str, places: Mapping[str, Pose2D]) -> tuple[PlannedFault, ...]:
+def chosen_faults(text: str, places: Mapping[str, Pose2D] | None) -> tuple[PlannedFault, ...]:
     """Return the faults that a text names: files or kinds, joined by `+`, or `none`.
 
     Args:
         text: as `--faults` has it.
-        places: named poses that files may refer to.
+        places: named poses that files may refer to; None: they are not known.
 
     Raises:
         InputError: there is no such file or kind, or the file has errors.

@@ -57,6 +57,22 @@ def test_factors_of_faults_are_their_times_and_public_numbers():
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--faults", "wet_floor"], "there is no fault 'wet_floor'"),
+        (["--vary", "start.x=uniform(1, 99)"], "start.x: 99 is refused"),
+        (["--vary", "start.x=uniform(3, 1)"], "3 is not below 1"),
+        ([], "there is nothing to search"),
+    ],
+)
+def test_errors_come_before_the_first_run(tmp_path, words, sentence, monkeypatch):
+    monkeypatch.setattr("missions.falsify.falsifier.made_rows", None)
+    (tmp_path / "m.yaml").write_text(SHORT)
+    result = CliRunner().invoke(app, ["falsify", str(tmp_path / "m.yaml"), *words])
+    assert sentence in str(result.exception)
+
+
 @pytest.mark.slow
 def test_a_long_loss_of_commands_is_found_shrunk_and_reproduced(tmp_path):
     (tmp_path / "m.yaml").write_text(SHORT)

@@ -196,6 +196,21 @@ def test_an_episode_has_its_own_start_and_arguments(made):
     assert abs(env.run.engine.body.truth.pose.y - 4.2) < 0.05
     with pytest.raises(InputError, match="there is no 'goal'; expected arguments or start"):
         env.reset(options={"goal": "dock"})
+    with pytest.raises(
+        InputError, match=r"start: expected a place or 'x,y,heading', got \(1, 2, 0\)"
+    ):
+        env.reset(options={"start": (1, 2, 0)})
+
+
+@pytest.mark.parametrize("action", [np.zeros(3), 0.1, [np.nan, 0.0], [np.inf, 0.0], "left", None])
+def test_a_wrong_action_is_refused_and_the_episode_goes_on(made, action):
+    env = made(POINT)
+    env.reset(seed=1)
+    time = env.run.engine.body.time
+    with pytest.raises(InputError, match=r"step: expected an action of Box\(.*, got "):
+        env.step(action)
+    assert env.run.engine.body.time == time
+    env.step(np.zeros(2))
 
 
 @pytest.mark.parametrize(
@@ -211,6 +226,7 @@ def test_an_episode_has_its_own_start_and_arguments(made):
         ({"rewards": {"sucess": 1}}, "did you mean 'success'"),
         ({"actions": "torque"}, "'torque' is not one of velocity, normalised"),
         ({"time_limit": 0.0}, "expected more than 0 s"),
+        ({"time_limit": float("nan")}, "expected more than 0 s, got nan"),
         ({"render_mode": "human"}, "'human' is not one of rgb_array"),
         ({"mission": None}, "an environment needs a mission or a world"),
         ({"mission": "50_pick_the_red_block"}, "does not drive"),

@@ -24,6 +24,24 @@ from stack.errors import InputError
 def test_faults_by_commas_and_the_suite():
     assert fault_list("push, none,gyro_bias+push,push") == ("push", "gyro_bias+push")
     assert fault_list("suite") == tuple(fault_files())
+    for text in ("", "none", ","):
+        with pytest.raises(InputError, match="it names no fault"):
+            fault_list(text)
+    with pytest.raises(InputError, match="no fault 'wet_flor'; did you mean 'wet_floor'"):
+        fault_list("push,wet_flor")
+
+
+def test_two_missions_of_one_name_are_an_error(turn):
+    (turn.parent / "b").mkdir()
+    other = turn.parent / "b" / turn.name
+    other.write_text(turn.read_text())
+    with pytest.raises(InputError, match="two missions are called turn"):
+        plan_suite([str(turn), str(other)], ["push"], SuiteOptions())
+
+
+def test_a_rate_that_is_no_number_is_an_error(turn):
+    done = CliRunner().invoke(app, ["sweep", "--faults", "push", str(turn), "--fail-below", "nan"])
+    assert isinstance(done.exception, InputError)
 
 
 def test_only_what_fits_is_run(turn):
