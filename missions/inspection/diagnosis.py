@@ -51,7 +51,7 @@ def file_kind(path: Path, text: str) -> FileKind:
         return FileKind.WORLD
     if "robot" in keys and keys & {"wheels", "urdf", "footprint"}:
         return FileKind.ROBOT
-    if "faults" in keys and keys <= {"doc", "faults"}:
+    if "faults" in keys and not keys & {"run", "robot", "world", "trees", *of_world}:
         return FileKind.FAULTS
     of_trees = "trees" in keys or ("places" in keys and keys <= TREE_FILE.keys())
     return FileKind.TREES if of_trees else FileKind.OTHER

@@ -78,7 +78,8 @@ def is_sweep_file(path: Path) -> bool:
         node = read_file(path, WHAT)
     except InputError:
         return False  # the reader of missions says what is wrong
-    return node.get("run") is None and any(node.get(key) for key in ("runs", "vary", "worlds"))
+    words = {*KEYS, *OTHERS} - {"mission", "parameters"}  # missions have these, too
+    return node.get("run") is None and any(node.get(key) for key in words)
 
 
 def read_sweep_file(path: Path) -> SweepFile:

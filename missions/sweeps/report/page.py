@@ -81,9 +81,9 @@ def _outcomes(results: Results) -> str:
 
 
 def _rates(results: Results) -> str:
-    if not results.counting:
+    if not results.varied:
         return ""
-    every = [(one.name, levels_of(one, results.counting)) for one in results.varying]
+    every = [(one.name, levels_of(one, results.varied)) for one in results.varying]
     charts = _side_by_side([rates_chart(name, levels) for name, levels in every])
     return charts + "".join(_means(name, levels) for name, levels in every)
 
@@ -173,7 +173,7 @@ def run_command(results: Results, row: SweepRow) -> str:
 
 def _sensitivity(results: Results) -> str:
     """Return the factors by the share of the variance of success and time that they explain."""
-    rows = results.counting
+    rows = results.varied
     if not results.varying or len(rows) < 2:
         return ""
     good = [row for row in rows if row.is_success and row.seconds is not None]

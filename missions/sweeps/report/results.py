@@ -42,6 +42,12 @@ class Results:
         """The factors with more than one value."""
         return [one for one in self.sweep.factors if not one.is_list or len(one.values) > 1]
 
+    @property
+    def varied(self) -> list[SweepRow]:
+        """Those of them that have a value of each of these: not the baseline of a tuning."""
+        names = {factor.name for factor in self.varying}
+        return [row for row in self.counting if names <= row.settings.keys()]
+
 
 @dataclass(frozen=True)
 class Level:

@@ -163,3 +163,10 @@ def test_a_finding_is_shown_with_its_line_and_a_caret():
         "      |        ^"
     )
     assert with_source_line(finding, []) == str(finding)
+
+
+def test_a_misspelt_key_leaves_a_file_of_faults_one(tmp_path):
+    file = tmp_path / "push.yaml"
+    file.write_text("dcc: pushed\nfaults:\n  - push\n")
+    (item,) = findings_of(file)
+    assert "a file of faults has no key 'dcc'" in item.sentence

@@ -298,6 +298,9 @@ def test_a_file_has_the_words_of_the_command_line(turn, tmp_path):
     ]  # fmt: skip
     assert words.values["time_limit"] == 300.0 and words.until.rate == 0.9
     assert [condition.text for condition in words.fail_if] == ["success < 0.5"]
+    for word in ("robots: [scout, glide]", "set: {times: 2}", "seed: 3"):
+        (tmp_path / "short.yaml").write_text(f"mission: ./turn.yaml\n{word}\n")
+        assert is_sweep_file(tmp_path / "short.yaml")
     done = CliRunner().invoke(app, ["sweep", str(file), "--runs", "3", "--dry-run"])
     assert done.exit_code == 0 and done.output.startswith("3 runs of ")
     assert len(done.output.splitlines()) == 5
@@ -473,6 +476,17 @@ def test_the_page_of_a_shortened_sweep_has_its_runs(turn, tmp_path, executed):
         f"treepilot run {turn} --seed 4 --forget-kept --set 'angle={settings['angle']}' "
         f"--set times={settings['times']}"
     )
+
+
+def test_the_page_counts_a_run_without_factors_but_has_no_value_of_it(turn, tmp_path, executed):
+    """As the baseline of a tuning."""
+    swept(turn, tmp_path / "out", runs=30)
+    results = read_results(tmp_path / "out")
+    plain = replace(results, rows=(replace(results.rows[0], settings={}), *results.rows[1:]))
+    text = page_of([plain])
+    assert "success 80.0% (62.7% to 90.5%); 30 runs" in text and len(plain.varied) == 29
+    only = replace(results, rows=plain.rows[:1])
+    assert "1 of 30 runs" in page_of([only])
 
 
 def test_pages_of_one_sweep_and_of_two(turn, tmp_path, executed):
