@@ -202,7 +202,7 @@ def component(kind: str, name: str) -> type:
     try:
         with redirect_stdout(sys.stderr):
             found: type = getattr(import_module(module), attribute)
-    except Exception as error:  # a plugin's module may raise any exception
+    except (Exception, SystemExit) as error:  # a plugin's module may raise any exception
         raise InputError(f"the {noun(kind)} {name!r} in {where} cannot be used: {error}") from error
     reason = _unusable(kind, attribute, found)
     if reason:

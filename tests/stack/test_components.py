@@ -9,6 +9,7 @@ import pytest
 from stack.components import Controller, Planner, choose, component
 from stack.errors import InputError, ParameterError
 from stack.parameters import parameter
+from stack.plugins import named_class
 from stack.types import STANDSTILL
 
 
@@ -88,6 +89,13 @@ def test_a_class_that_does_not_fit_is_an_error_that_says_what_to_write(kind, nam
     with pytest.raises(InputError) as caught:
         component(kind, f"some_plugin:{name}")
     assert str(caught.value).endswith(f"cannot be used: {reason}")
+
+
+def test_a_plugin_that_ends_python_is_an_error(tmp_path, monkeypatch):
+    (tmp_path / "ends_python.py").write_text("raise SystemExit('bye')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(InputError, match="the driver 'mine' cannot be used: bye"):
+        named_class("driver", "mine", "treepilot.none", {"mine": "ends_python:Mine"}, object)
 
 
 def test_a_constructor_that_does_not_accept_the_arguments_is_an_input_error():
