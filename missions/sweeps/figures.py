@@ -78,9 +78,9 @@ FIGURES: dict[str, Figure] = {
     "clearance": _of("clearance", min),
     "error": _of("error", max),
 }
-RATES = ("success", "success.low", "crashed", "refused")
-"""Figures from 0 to 1."""
-
 """Figures of a sweep for conditions: rate of success and the lower end of its 95 % interval; share
 of runs that crashed, hung or were killed, and of refused ones; contacts a run; median time of the
 successes; least clearance; largest error of the pose."""
+
+RATES = ("success", "success.low", "crashed", "refused")
+"""Figures from 0 to 1."""
