@@ -19,6 +19,8 @@ from typing import Any
 
 from distributed import Client, Future, KilledWorker, WorkerPlugin, get_worker, wait
 from distributed.client import FutureCancelledError
+from distributed.comm.addressing import parse_address, parse_host_port
+from distributed.security import Security
 
 from missions.execution.resources import versions
 from missions.inspection.exchange.packing import pack, unpack
@@ -141,12 +143,23 @@ def _row(run: RunDescription, future: Future[Made], inputs: SweepInputs) -> Swee
 
 def _connected(address: str) -> Client:
     try:
+        _check_address(address)
         return Client(address, timeout=CONNECTING, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(
             f"--cluster {address}: no Dask scheduler answers: {error}",
             "start one with `dask scheduler`; addresses are tcp://HOST:PORT or tls://HOST:PORT",
         ) from None
+
+
+def _check_address(address: str) -> None:
+    """Raise ValueError for an address of which no Client can be made: that would wait for 60 s."""
+    scheme, place = parse_address(address, strict=True)
+    parse_host_port(place)
+    if scheme not in ("tcp", "tls"):
+        raise ValueError(f"unknown scheme {scheme}")
+    if scheme == "tls" and not Security().get_connection_args("client").get("ssl_context"):
+        raise ValueError("tls without certificates (DASK_DISTRIBUTED__COMM__TLS__CA_FILE, …)")
 
 
 def _await_workers(client: Client, address: str) -> None:

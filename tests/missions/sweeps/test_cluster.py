@@ -156,6 +156,22 @@ def two_workers():
         yield made
 
 
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [
+        ("nonsense", "Invalid url scheme"),
+        ("tcp://machine", "missing port number"),
+        ("tcp://machine:port", "no Dask scheduler answers"),
+        ("http://machine:8786", "unknown scheme http"),
+        ("tls://machine:8786", "tls without certificates"),
+    ],
+)
+def test_an_address_that_is_none_is_refused_at_once(address, words):
+    """A Client that cannot be made leaves a thread behind that Python waits for at its end."""
+    with pytest.raises(InputError, match=words):
+        cluster._connected(address)
+
+
 @pytest.mark.slow
 def test_a_cluster_has_the_rows_of_this_machine(own, tmp_path, two_workers):
     """One worker is killed in the middle: Dask replaces it and repeats its run."""
