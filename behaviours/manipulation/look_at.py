@@ -111,7 +111,7 @@ def looking_at(
     """
     level = np.array([cos(azimuth), sin(azimuth), 0.0])
     away = cos(elevation) * level + np.array([0.0, 0.0, sin(elevation)])
-    right = np.array([-level[1], level[0], 0.0])  # of somebody who looks along -away
+    right = np.array([-level[1], level[0], 0.0])  # of a view along -away
     down = np.cross(-away, right)
     pose = np.eye(4)
     pose[:3, 0] = cos(roll) * right + sin(roll) * down

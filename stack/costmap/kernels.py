@@ -117,10 +117,10 @@ def clear_passed(
         y = origin_y + (row + 0.5) * resolution - sensor_y
         for column in range(left, right):
             time = marked_at[row, column]
-            x = origin_x + (column + 0.5) * resolution - sensor_x
-            beyond = np.hypot(x, y) + resolution
             if time == NEVER_SEEN or time >= oldest:
                 continue
+            x = origin_x + (column + 0.5) * resolution - sensor_x
+            beyond = np.hypot(x, y) + resolution
             if beyond > clearing_range or beyond * abs(step) > width:
                 continue
             turn = np.arctan2(y, x) - sensor_heading - angles[0]

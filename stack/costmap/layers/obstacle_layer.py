@@ -16,8 +16,10 @@ from stack.types import Pose2D, Scan
 
 _UNMET = 5.0
 """Seconds without a beam that met it, after which a mark between two beams is cleared."""
+
 _NARROW = 0.1
 """Metres: beams that are farther apart there do not show that nothing stands between them."""
+
 _LOOK_PERIOD = 0.5
 """Seconds between two searches for such marks."""
 
@@ -73,7 +75,8 @@ class ObstacleLayer(SensedLayer):
         if posed is None:
             return []
         boxes = [self._sense(posed.pose, posed.measurement, update.time)]
-        if update.time >= self._next_look and posed.measurement.ranges.size > 1:
+        has_neighbours = posed.measurement.ranges.size > 1 and posed.measurement.angle_increment
+        if has_neighbours and update.time >= self._next_look:
             self._next_look = update.time + _LOOK_PERIOD
             boxes += self._clear_passed(posed.pose, posed.measurement, update.time)
         return boxes

@@ -111,8 +111,9 @@ def test_a_lost_beam_beside_clears_nothing_beyond_its_neighbours():
     assert marks_of_wall(here, 3.0) == before
 
 
-def test_a_scan_of_one_beam_is_taken():
+@pytest.mark.parametrize(("beams", "increment"), [(1, 0.1), (2, 0.0)])
+def test_a_scan_without_neighbouring_beams_is_taken(beams, increment):
     here = costmap()
-    scan = Scan(0.0, np.array([2.0], np.float32), 0.0, 0.1, 0.05, 12.0)
+    scan = Scan(0.0, np.full(beams, 2.0, np.float32), 0.0, increment, 0.05, 12.0)
     stand(here, Pose2D(0.01, 0.01), scan, 10.0)
     assert sensed(here).sum() == 1
